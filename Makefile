@@ -1,0 +1,30 @@
+# `make` alone lists the targets. SETUP finds python3, fills .venv and looks after the OpenGL libraries.
+SETUP := sh scripts/setup.sh
+BIN   := .venv/bin
+ARGS  ?=
+
+.PHONY: help reproduce test lint gl
+.DEFAULT_GOAL := help
+
+help:  ## this list
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-11s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+
+reproduce: .venv/ready gl  ## the paper's experiment, end to end; options by ARGS="--seed 1 --minutes 20"
+	$(BIN)/somatopy reproduce $(ARGS)
+
+test: lint gl  ## lint, then every test and every example in a docstring
+	$(BIN)/python -m pytest $(ARGS)
+
+lint: .venv/ready-test  ## ruff and mypy
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+gl: | .venv/ready
+	@$(SETUP) gl
+
+.venv/ready: pyproject.toml scripts/setup.sh
+	@$(SETUP) packages
+
+.venv/ready-test: pyproject.toml scripts/setup.sh .venv/ready
+	@$(SETUP) packages test

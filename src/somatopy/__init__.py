@@ -1,0 +1,62 @@
+"""somatopy: a robot babbles with its arm, watches its hand, and learns online where to look.
+
+The names here are what most users need; they are imported when first used:
+
+- `run(description)` runs an experiment and returns its run folder, opened; `load_run(path)` opens one again;
+- `paper()` describes the paper's experiment, `Description` any other, `load_description(path)` reads one from TOML;
+- `DSOM` is the self-organising map, `HebbianLinks` the table that joins two, `HebbianLearner` the paper's learner;
+- `MujocoBody` is a simulated robot, `FiducialEye` finds the marker on its hand.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from somatopy.analysis import load_run
+    from somatopy.api import run
+    from somatopy.bodies import MujocoBody
+    from somatopy.experiment import Description, load_description, paper
+    from somatopy.eyes import FiducialEye
+    from somatopy.learners import HebbianLearner
+    from somatopy.links import HebbianLinks
+    from somatopy.maps import DSOM
+
+__all__ = [
+    "DSOM",
+    "Description",
+    "FiducialEye",
+    "HebbianLearner",
+    "HebbianLinks",
+    "MujocoBody",
+    "load_description",
+    "load_run",
+    "paper",
+    "run",
+]
+
+_HOMES = {
+    "DSOM": "maps",
+    "Description": "experiment",
+    "FiducialEye": "eyes",
+    "HebbianLearner": "learners",
+    "HebbianLinks": "links",
+    "MujocoBody": "bodies",
+    "load_description": "experiment",
+    "load_run": "analysis",
+    "paper": "experiment",
+    "run": "api",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module 'somatopy' has no attribute {name!r}; it has {', '.join(__all__)}")
+    value = getattr(importlib.import_module(f"somatopy.{_HOMES[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *__all__])

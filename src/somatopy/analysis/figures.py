@@ -1,0 +1,190 @@
+"""The paper's Figure 3, drawn from a run; matplotlib is imported when a figure is drawn."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from itertools import pairwise
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from somatopy.analysis.runs import Run
+from somatopy.analysis.summary import summarise
+from somatopy.analysis.table import PAPER_TRENDS
+from somatopy.analysis.trends import MIN_WINDOWS, Trend, segments
+from somatopy.analysis.windows import FRAMES_PER_MINUTE, WINDOW
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+__all__ = ["figure3", "save"]
+
+# Red, blue and green as in the paper; their lightness, widths and dashes keep them apart in grey.
+HITS, TREND, BORDER, PAPER = "#e0453a", "#123a8c", "#2f9e44", "#7a7a7a"
+LEGEND = ("hits, this run", "trend, this run", "trend, the paper's run")
+STYLE: Any = {
+    "font.family": "DejaVu Sans",
+    "font.size": 10.0,
+    "axes.spines.top": False,
+    "axes.titlesize": 11.0,
+    "axes.titlelocation": "left",
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": "#e6e6e6",
+    "grid.linewidth": 0.8,
+    "legend.frameon": False,
+    "legend.handlelength": 2.6,
+    "svg.hashsalt": "somatopy",
+}
+
+
+def figure3(run: Run | Mapping[str, Any]) -> Figure:
+    """Draw hits per 5-minute window with their trends, in the form of the paper's Figure 3.
+
+    A window is drawn where it starts, so that a trend's intercept lies at its segment's first window. The paper's own
+    regression lines start where the run's segments start and are as long as both allow.
+
+    Args:
+        run: an open run folder, or a summary.
+    """
+    from matplotlib.figure import Figure
+
+    summary = summarise(run) if isinstance(run, Run) else run
+    with _style():
+        figure = Figure(figsize=(8.0, 4.6), layout="constrained")
+        axes = figure.add_subplot()
+        starts = _starts(summary["phases"])
+        _draw_paper(axes, summary["phases"], starts)
+        for phase, start in zip(summary["phases"], starts, strict=False):
+            _draw_phase(axes, phase, start)
+        _scale(axes, starts[-1])
+        _mark_borders(axes, summary["phases"], starts)
+        _label(axes, summary)
+        _note_shortness(axes, summary["phases"])
+        entries = {str(line.get_label()): line for line in axes.get_lines()}
+        named = [label for label in LEGEND if label in entries]
+        figure.legend([entries[label] for label in named], named, loc="outside lower center", ncols=3)
+    return figure
+
+
+def save(figure: Figure, folder: str | Path, stem: str) -> tuple[Path, Path]:
+    """Write `stem`.png (150 dpi) and `stem`.svg into a folder, made if need be: same figure, same bytes.
+
+    Returns:
+        The paths of both files.
+    """
+    png, svg = (Path(folder) / f"{stem}.{kind}" for kind in ("png", "svg"))
+    png.parent.mkdir(parents=True, exist_ok=True)
+    with _style():
+        figure.savefig(png, dpi=150)
+        figure.savefig(svg, metadata={"Date": None})
+    return png, svg
+
+
+@contextmanager
+def _style() -> Iterator[None]:
+    import matplotlib
+
+    with matplotlib.rc_context():
+        matplotlib.rcdefaults()  # a user's own settings must not change the bytes
+        matplotlib.rcParams.update(STYLE)
+        yield
+
+
+def _starts(phases: Sequence[Mapping[str, Any]]) -> list[float]:
+    """Where each phase starts and the last one ends, in windows."""
+    starts = [0.0]
+    for phase in phases:
+        starts.append(starts[-1] + phase["frames"] / WINDOW)
+    return starts
+
+
+def _draw_phase(axes: Axes, phase: Mapping[str, Any], start: float) -> None:
+    counts = phase["hits_per_window"]
+    if counts:
+        at = [start + k for k in range(len(counts))]
+        axes.plot(at, counts, color=HITS, lw=1.2, marker="o", ms=3.2, label=LEGEND[0], zorder=3)
+    for entry in filter(None, phase["trends"]):
+        trend = Trend(**entry)
+        _draw_line(axes, trend, start + trend.first, trend.last - trend.first, TREND, lw=2.6, label=LEGEND[1])
+
+
+def _draw_paper(axes: Axes, phases: Sequence[Mapping[str, Any]], starts: Sequence[float]) -> None:
+    """Draw the paper's three lines where the run has the segments they belong to."""
+    style = {"lw": 1.4, "dashes": (5, 2.5), "label": LEGEND[2]}
+    lines = (PAPER_TRENDS[:1], PAPER_TRENDS[1:])
+    for phase, phase_lines, start in zip(phases, lines, starts, strict=False):
+        for cut, line in zip(_segments(phase), phase_lines, strict=False):
+            length = min(line.last - line.first, len(cut) - 1)
+            if length > 0:
+                _draw_line(axes, line, start + cut.start, length, PAPER, **style)
+
+
+def _draw_line(axes: Axes, trend: Trend, start: float, length: float, color: str, **style: Any) -> None:
+    at, hits = (start, start + length), (trend.at(0), trend.at(length))
+    axes.plot(at, hits, color=color, solid_capstyle="butt", zorder=4, **style)
+
+
+def _segments(phase: Mapping[str, Any]) -> list[range]:
+    """The windows of each segment that has begun, as far as the trends tell where."""
+    windows, trends = len(phase["hits_per_window"]), phase["trends"]
+    breaks = [after["first"] if after else before["last"] + 1 for before, after in pairwise(trends) if before or after]
+    return [cut for cut in segments(windows, breaks) if cut]
+
+
+def _mark_borders(axes: Axes, phases: Sequence[Mapping[str, Any]], starts: Sequence[float]) -> None:
+    for index, phase in enumerate(phases):
+        if index and phase["frames"]:
+            _mark(axes, starts[index], _border(phases[index - 1]["damage"], phase["damage"]))
+        for cut in _segments(phase)[1:]:
+            _mark(axes, starts[index] + cut.start, "next trend")
+
+
+def _border(before: str, after: str) -> str:
+    if after != "none":
+        return "damage"
+    return "damage undone" if before != "none" else "next phase"
+
+
+def _mark(axes: Axes, at: float, text: str) -> None:
+    axes.axvline(at, color=BORDER, lw=1.4, zorder=1)
+    side, shift = ("left", 4) if at < 0.85 * axes.get_xlim()[1] else ("right", -4)
+    where = ("data", "axes fraction")
+    axes.annotate(text, (at, 1.0), (shift, -3), where, "offset points", color=BORDER, size=9.0, va="top", ha=side)
+
+
+def _scale(axes: Axes, end: float) -> None:
+    axes.set_xlim(-0.015 * max(end, 1.0), max(end, 1.0))
+    # One scale for most runs, so that figures compare at a glance; the room on top is for the words at the borders.
+    axes.set_ylim(0, max(0.8 * WINDOW, 1.15 * axes.dataLim.y1))
+    axes.locator_params(axis="x", integer=True)
+    axes.yaxis.set_major_formatter("{x:,.0f}")
+
+
+def _label(axes: Axes, summary: Mapping[str, Any]) -> None:
+    learner, eye, motion, seed = (summary[key] for key in ("learner", "eye", "motion", "seed"))
+    axes.set_title(f"Hand seen: {learner} learner, {eye} eye, {motion} motion, seed {seed}")
+    axes.set_xlabel("5-minute windows of robot time, each drawn where it starts")
+    axes.set_ylabel("hits per 5-minute window (frames)")
+    axes.secondary_yaxis("right", functions=(_percent, _hits)).set_ylabel("hit rate (%)")
+
+
+def _percent(hits: Any) -> Any:
+    return hits * 100 / WINDOW
+
+
+def _hits(percent: Any) -> Any:
+    return percent * WINDOW / 100
+
+
+def _note_shortness(axes: Axes, phases: Sequence[Mapping[str, Any]]) -> None:
+    windows = [len(phase["hits_per_window"]) for phase in phases]
+    if not sum(windows):
+        minutes = sum(phase["frames"] for phase in phases) / FRAMES_PER_MINUTE
+        text = f"{minutes:.1f} minutes: too short for a 5-minute window"
+    elif not any(trend for phase in phases for trend in phase["trends"]):
+        text = f"no trend: no segment has {MIN_WINDOWS} windows"
+    else:
+        return
+    axes.text(0.5, 0.5 if not sum(windows) else 0.03, text, transform=axes.transAxes, ha="center", color=PAPER)

@@ -1,0 +1,175 @@
+"""Run folders: what an experiment knew (experiment.toml) and what it did (frames/, summary.json, cost.json)."""
+
+from __future__ import annotations
+
+import json
+import os
+import tomllib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+__all__ = ["Run", "RunFolderError", "load_run"]
+
+
+class RunFolderError(ValueError):
+    """A run folder, or a file in it, cannot be used; the message says which, why, and what to do."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """A run folder, opened for reading; frames, summary and cost are read when asked for.
+
+    A run that was killed is as good as any other: it has the parts that were finished. What a crash left behind under
+    another name (`*.partial`) is ignored.
+
+    Attributes:
+        path: the folder.
+        description: experiment.toml as plain dictionaries.
+
+    Example:
+        >>> import tempfile, pyarrow, pyarrow.parquet
+        >>> folder = Path(tempfile.mkdtemp())
+        >>> _ = (folder / "experiment.toml").write_text("seed = 3")
+        >>> (folder / "frames").mkdir()
+        >>> part = pyarrow.table({"frame": [0, 1], "hit": [False, True]})
+        >>> pyarrow.parquet.write_table(part, folder / "frames" / "part-00000.parquet")
+        >>> run = load_run(folder)
+        >>> run.columns
+        ('frame', 'hit')
+        >>> run.frames(["hit"])["hit"].to_pylist()
+        [False, True]
+    """
+
+    path: Path
+    description: dict[str, Any]
+
+    @property
+    def parts(self) -> tuple[Path, ...]:
+        """The finished parts of frames/, in order.
+
+        Raises:
+            RunFolderError: a part in the middle is missing.
+        """
+        parts = sorted((self.path / "frames").glob("part-*.parquet"))
+        for index, part in enumerate(parts):
+            if part.name != f"part-{index:05d}.parquet":
+                raise RunFolderError(
+                    f"{self.path / 'frames'} lacks part-{index:05d}.parquet although {part.name} is there: frames are "
+                    "missing in the middle. Restore that part, or move all later parts away to use what comes before."
+                )
+        return tuple(parts)
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Names of the recorded columns; empty while no part is finished."""
+        return tuple(_open_part(self.parts[0]).schema_arrow.names) if self.parts else ()
+
+    def frames(self, columns: Sequence[str] | None = None, start: int = 0, stop: int | None = None) -> pa.Table:
+        """Read columns of the frames `start` to `stop` (excluded); parts outside are not read.
+
+        Args:
+            columns: names of columns, in the order wanted; all by default.
+            start: first frame, counted from 0 over the whole run.
+            stop: the frame to stop before; the end of the run by default.
+
+        Returns:
+            One row a frame. A run without a finished part gives no rows and, for lack of types, null columns.
+
+        Raises:
+            RunFolderError: a part is damaged or missing, or lacks a column.
+            ValueError: `start` or `stop` is negative.
+        """
+        if start < 0 or (stop is not None and stop < 0):
+            raise ValueError(f"start = {start} and stop = {stop} must not be negative: frames count from 0.")
+        import pyarrow as pa
+
+        tables: list[pa.Table] = []
+        begin = 0
+        for part in self.parts:
+            file = _open_part(part)
+            first, last = max(start - begin, 0), file.metadata.num_rows
+            last = last if stop is None else min(last, stop - begin)
+            if not tables or last > first:
+                tables.append(_read_part(part, file, columns).slice(first, max(last - first, 0)))
+            begin += file.metadata.num_rows
+        return pa.concat_tables(tables) if tables else pa.table({name: pa.nulls(0) for name in columns or ()})
+
+    @property
+    def summary(self) -> dict[str, Any] | None:
+        """summary.json, or None where there is none (yet)."""
+        return _read_json(self.path / "summary.json")
+
+    @property
+    def cost(self) -> dict[str, Any] | None:
+        """cost.json (wall_s, frames_per_s, peak_memory_bytes), or None where there is none (yet)."""
+        return _read_json(self.path / "cost.json")
+
+
+def load_run(path: str | os.PathLike[str]) -> Run:
+    """Open a run folder.
+
+    Args:
+        path: the folder that holds experiment.toml.
+
+    Raises:
+        RunFolderError: no such folder, no experiment.toml in it, or one that is not TOML.
+    """
+    folder = Path(path)
+    if not folder.is_dir():
+        raise RunFolderError(f"{folder} is not a folder. Give the path of a run folder (it holds experiment.toml).")
+    source = folder / "experiment.toml"
+    if not source.is_file():
+        inside = sorted(entry.parent.name for entry in folder.glob("*/experiment.toml"))
+        hint = f" Run folders inside it: {', '.join(inside)}." if inside else ""
+        raise RunFolderError(f"{folder} is not a run folder: it holds no experiment.toml.{hint}")
+    try:
+        return Run(folder, tomllib.loads(source.read_text(encoding="utf-8")))
+    except ValueError as error:
+        raise RunFolderError(f"{source} is not valid TOML ({error}). Restore the file, or run again.") from error
+
+
+def _open_part(part: Path) -> pq.ParquetFile:
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    try:
+        return pq.ParquetFile(part)
+    except (pa.ArrowException, OSError) as error:
+        raise _damaged(part, error) from error
+
+
+def _read_part(part: Path, file: pq.ParquetFile, columns: Sequence[str] | None) -> pa.Table:
+    import pyarrow as pa
+
+    names = file.schema_arrow.names
+    unknown = [name for name in columns or () if name not in names]
+    if unknown:
+        raise RunFolderError(f"{part} has no column {', '.join(map(repr, unknown))}. Its columns: {', '.join(names)}.")
+    try:
+        table = file.read(columns=columns)
+    except (pa.ArrowException, OSError) as error:
+        raise _damaged(part, error) from error
+    return table if columns is None else table.select(list(columns))
+
+
+def _damaged(part: Path, error: Exception) -> RunFolderError:
+    return RunFolderError(
+        f"{part} is damaged ({str(error).splitlines()[0]}). Restore it from a copy, or move it and all later parts "
+        "away to use what comes before, or run the experiment again: same description, same frames."
+    )
+
+
+def _read_json(path: Path) -> dict[str, Any] | None:
+    if not path.is_file():
+        return None
+    try:
+        content: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise RunFolderError(f"{path} is not valid JSON ({error}). Delete it and analyse the run again.") from error
+    return content

@@ -1,0 +1,167 @@
+"""The paper's numbers beside a run's: plain rows first, text or Markdown second."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from somatopy.analysis.trends import Trend
+from somatopy.analysis.windows import DISTORTION_WIDTH, WINDOW
+
+__all__ = ["PAPER_TRENDS", "Cell", "Row", "comparison", "render"]
+
+Cell = tuple[float, ...] | str
+
+# Slopes and intercepts as printed in section IV; how well they are determined, the paper does not say.
+PAPER_TRENDS = (
+    Trend(0, 38, 12.147, float("nan"), 2175.176),
+    Trend(0, 6, -80.286, float("nan"), 2685.857),
+    Trend(7, 20, 1.2154, float("nan"), 2255.264),
+)
+PAPER_FRAMES = (177_823, 96_049)
+PAPER_HITS = 91_658
+
+TOO_SHORT = "n/a (too short)"
+NOT_RECORDED = "n/a (not recorded)"
+NOT_REPORTED = "not reported"
+
+
+@dataclass(frozen=True)
+class Row:
+    """One measure, as the paper reports it and as the run gives it.
+
+    Attributes:
+        part: which part of the protocol it belongs to.
+        quantity: what is measured, with its unit.
+        form: format of the numbers of a cell.
+        paper: the paper's numbers, or what it says in words.
+        run: the run's numbers, or why there are none.
+        run_se: standard error of the run's (only) number.
+
+    Example:
+        >>> row = Row("phase 1", "slope", "{:+.1f}", (12.147,), (10.0,), run_se=2.04)
+        >>> row.texts()
+        ('+12.1', '+10.0 ± 2.0')
+    """
+
+    part: str
+    quantity: str
+    form: str
+    paper: Cell
+    run: Cell
+    run_se: float | None = None
+
+    def texts(self) -> tuple[str, str]:
+        """Both cells as a reader sees them."""
+        run = _text(self.form, self.run)
+        if self.run_se is not None:
+            run += " ± " + self.form.replace("+", "").format(self.run_se)
+        return _text(self.form, self.paper), run
+
+
+def comparison(summary: Mapping[str, Any]) -> list[Row]:
+    """Compare a run's summary with the paper, measure by measure.
+
+    The run's first phase stands beside the paper's phase 1 and its second beside the paper's phase 2, however long
+    they are. Slopes are per window; fitted rates are those of the trend at its segment's start and end.
+    """
+    phases = list(summary["phases"])
+    first, second = (phases[index] if index < len(phases) else None for index in (0, 1))
+    part = ("phase 1, intact", "phase 2, after damage")
+    return [
+        *_counts(part[0], first, PAPER_FRAMES[0], (PAPER_HITS, 100 * PAPER_HITS / PAPER_FRAMES[0])),
+        *_trend(part[0], first, 0, PAPER_TRENDS[0], PAPER_FRAMES[0]),
+        _distortion(part[0], phases, 0, "arm", "falls for 5 min, then level (Fig. 4)"),
+        _distortion(part[0], phases, 0, "head", "0.01 to 0.02 after 10 min (Fig. 5)"),
+        *_counts(part[1], second, PAPER_FRAMES[1], NOT_REPORTED),
+        *_trend("phase 2, degradation", second, 0, PAPER_TRENDS[1], None),
+        *_trend("phase 2, re-adaptation", second, 1, PAPER_TRENDS[2], PAPER_FRAMES[1]),
+        _distortion("phase 2, maps", phases, 1, "arm", "jumps, falls, then level (Fig. 4)"),
+        _distortion("phase 2, maps", phases, 1, "head", "no jump (Fig. 5)"),
+    ]
+
+
+def render(rows: Sequence[Row], form: Literal["text", "markdown"] = "text") -> str:
+    """Lay the rows out for a terminal or for a Markdown page.
+
+    Example:
+        >>> print(render([Row("phase 1", "frames", "{:,.0f}", (177823,), "n/a (too short)")]))
+                  paper    this run
+        phase 1
+          frames  177,823  n/a (too short)
+    """
+    layouts = {"text": _as_text, "markdown": _as_markdown}
+    if form not in layouts:
+        raise ValueError(f"form = {form!r} is unknown. Choose 'text' or 'markdown'.")
+    lines = [("", "paper", "this run")]
+    for index, row in enumerate(rows):
+        if index == 0 or row.part != rows[index - 1].part:
+            lines.append((row.part, "", ""))
+        lines.append((f"  {row.quantity}", *row.texts()))
+    return layouts[form](lines)
+
+
+def _counts(part: str, phase: Mapping[str, Any] | None, paper_frames: int, paper_hits: Cell) -> list[Row]:
+    frames: Cell = _missing(phase) if phase is None else (phase["frames"],)
+    hits: Cell = (phase["hits"], 100 * phase["rate"]) if phase and phase["frames"] else _missing(phase)
+    return [
+        Row(part, "frames", "{:,.0f}", (paper_frames,), frames),
+        Row(part, "frames with the hand detected", "{:,.0f} ({:.1f} %)", paper_hits, hits),
+    ]
+
+
+def _trend(part: str, phase: Mapping[str, Any] | None, index: int, paper: Trend, paper_frames: int | None) -> list[Row]:
+    """`paper_frames`: the length of the paper's phase, if the segment is its last."""
+    found = phase["trends"] if phase else []
+    entry = found[index] if index < len(found) else None
+    cells: tuple[Cell, Cell, Cell, Cell]
+    if phase is None or entry is None:
+        cells = (_missing(phase) if phase is None or index < len(found) else "n/a (no such trend)",) * 4
+    else:
+        cells = _trend_cells(Trend(**entry), phase["frames"] if entry is found[-1] else None)
+    theirs = _trend_cells(paper, paper_frames)
+    return [
+        Row(part, "5-minute windows", "{:.0f}", theirs[0], cells[0]),
+        Row(part, "slope, hits per window, per window", "{:+.3f}", theirs[1], cells[1], entry and entry["slope_se"]),
+        Row(part, "intercept, hits per window", "{:.3f}", theirs[2], cells[2]),
+        Row(part, "fitted rate, start to end", "{:.1f} % to {:.1f} %", theirs[3], cells[3]),
+    ]
+
+
+def _trend_cells(trend: Trend, phase_frames: int | None) -> tuple[Cell, Cell, Cell, Cell]:
+    """Windows, slope, intercept, and the line's rates where the segment starts and ends."""
+    end = trend.last + 1 if phase_frames is None else phase_frames / WINDOW
+    rates = (100 * trend.at(0) / WINDOW, 100 * trend.at(end - trend.first) / WINDOW)
+    return (trend.last - trend.first + 1,), (trend.slope,), (trend.intercept,), rates
+
+
+def _distortion(part: str, phases: Sequence[Mapping[str, Any]], index: int, side: str, paper: str) -> Row:
+    phase = phases[index] if index < len(phases) else None
+    marks = phase[f"{side}_distortion"] if phase else {"start": None}
+    values = tuple(value for value in marks.values() if value is not None)
+    behind = sum(earlier["frames"] for earlier in phases[: index + 1])
+    run: Cell
+    if len(values) == 3:
+        run = values
+    else:
+        run = NOT_RECORDED if phase and phase["frames"] and behind >= DISTORTION_WIDTH else _missing(phase)
+    return Row(part, f"{side} distortion: start, peak, end", "{:.4f}, {:.4f}, {:.4f}", paper, run)
+
+
+def _missing(phase: Mapping[str, Any] | None) -> str:
+    return "n/a (no such phase)" if phase is None else TOO_SHORT
+
+
+def _text(form: str, cell: Cell) -> str:
+    return cell if isinstance(cell, str) else form.format(*cell)
+
+
+def _as_text(lines: Sequence[tuple[str, str, str]]) -> str:
+    widths = [max(len(line[column]) for line in lines) for column in (0, 1)]
+    return "\n".join(f"{a:<{widths[0]}}  {b:<{widths[1]}}  {c}".rstrip() for a, b, c in lines)
+
+
+def _as_markdown(lines: Sequence[tuple[str, str, str]]) -> str:
+    head, *body = [f"| {f'**{a}**' if a and not b and not c else a.strip()} | {b} | {c} |" for a, b, c in lines]
+    return "\n".join([head, "|---|---|---|", *body])

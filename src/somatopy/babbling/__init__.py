@@ -1,0 +1,6 @@
+"""Motor babbling: the Babbler contract and the paper's uniform random targets."""
+
+from somatopy.babbling.base import Babbler
+from somatopy.babbling.uniform import UniformBabbler, check_bounds
+
+__all__ = ["Babbler", "UniformBabbler", "check_bounds"]

@@ -1,0 +1,20 @@
+"""Robots: the Body contract, and MuJoCo models with an anatomy file."""
+
+from somatopy.bodies.anatomy import BODIES, Anatomy, Coupling, anatomy_path
+from somatopy.bodies.base import Body, BodyError
+from somatopy.bodies.mujoco import FRAME, Motion, MujocoBody
+from somatopy.bodies.rendering import NoGL, gl_backend
+
+__all__ = [
+    "BODIES",
+    "FRAME",
+    "Anatomy",
+    "Body",
+    "BodyError",
+    "Coupling",
+    "Motion",
+    "MujocoBody",
+    "NoGL",
+    "anatomy_path",
+    "gl_backend",
+]

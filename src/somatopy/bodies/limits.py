@@ -1,0 +1,123 @@
+"""How a body turns targets into set-points that no limit forbids: position, velocity, and joints that limit each other."""
+
+from __future__ import annotations
+
+from somatopy._jit import jit
+from somatopy.percept import Floats
+
+__all__ = ["CLEARANCE", "advance_setpoints", "clip_targets"]
+
+#: Distance (rad) that set-points keep from coupled limits, so that a servo's small error neither breaks nor jams them.
+CLEARANCE = 0.002
+
+
+@jit
+def _interpolate(x: float, at: Floats, values: Floats) -> float:
+    if x <= at[0]:
+        return values[0]
+    for k in range(1, at.size):
+        if x <= at[k]:
+            return values[k - 1] + (values[k] - values[k - 1]) * (x - at[k - 1]) / (at[k] - at[k - 1])
+    return values[-1]
+
+
+@jit
+def _lowest_upper(a: float, b: float, at: Floats, values: Floats) -> float:
+    """Minimum of the piecewise linear function over [a, b]."""
+    least = min(_interpolate(a, at, values), _interpolate(b, at, values))
+    for k in range(at.size):
+        if a < at[k] < b:
+            least = min(least, values[k])
+    return least
+
+
+@jit
+def _highest_lower(a: float, b: float, at: Floats, values: Floats) -> float:
+    """Maximum of the piecewise linear function over [a, b]."""
+    greatest = max(_interpolate(a, at, values), _interpolate(b, at, values))
+    for k in range(at.size):
+        if a < at[k] < b:
+            greatest = max(greatest, values[k])
+    return greatest
+
+
+@jit
+def clip_targets(
+    target: Floats, lower: Floats, upper: Floats, limited: int, by: int, at: Floats, low: Floats, high: Floats
+) -> None:
+    """Clip `target` in place to the position limits, and joint `limited` to its limits at joint `by`'s angle.
+
+    Args:
+        target: joint targets, shape (n,), rad.
+        lower: lower position limits, shape (n,), rad.
+        upper: upper position limits, shape (n,), rad.
+        limited: index of the coupled joint; -1 for none.
+        by: index of the joint that limits it.
+        at: angles of joint `by`, increasing, shape (m,), rad.
+        low: lower limits of the coupled joint at those angles, shape (m,), rad.
+        high: upper limits there, shape (m,), rad.
+    """
+    for k in range(target.size):
+        target[k] = min(max(target[k], lower[k]), upper[k])
+    if limited >= 0:
+        least, most = _interpolate(target[by], at, low), _interpolate(target[by], at, high)
+        target[limited] = min(max(target[limited], least), most)
+
+
+@jit
+def advance_setpoints(
+    setpoint: Floats,
+    sensed: Floats,
+    target: Floats,
+    stride: Floats,
+    limited: int,
+    by: int,
+    at: Floats,
+    low: Floats,
+    high: Floats,
+) -> None:
+    """Move `setpoint` in place towards clipped targets, at most `stride` a joint.
+
+    A joint that limits another moves only through angles at which the other, where it is now and where it is told
+    to be, is inside its limits; the other heads for what the whole way allows. So the pair stays legal on the way,
+    not only at its ends.
+
+    Args:
+        setpoint: set-points of the frame before, shape (n,), rad; overwritten.
+        sensed: sensed posture, shape (n,), rad.
+        target: targets that `clip_targets` has clipped, shape (n,), rad.
+        stride: largest change of each set-point in this frame, shape (n,), rad.
+        limited: as in `clip_targets`, as are the four that follow.
+        by: see there.
+        at: see there.
+        low: see there.
+        high: see there.
+    """
+    for k in range(setpoint.size):
+        if k != limited and k != by:
+            setpoint[k] += min(max(target[k] - setpoint[k], -stride[k]), stride[k])
+    if limited < 0:
+        if by >= 0:
+            setpoint[by] += min(max(target[by] - setpoint[by], -stride[by]), stride[by])
+        return
+    first, last = min(sensed[by], setpoint[by]), max(sensed[by], setpoint[by])
+    goal = target[limited]
+    way_from, way_to = min(first, target[by]), max(last, target[by])
+    least = _highest_lower(way_from, way_to, at, low) + CLEARANCE
+    most = _lowest_upper(way_from, way_to, at, high) - CLEARANCE
+    goal = min(max(goal, least), most)
+    bottom = top = setpoint[limited]
+    if abs(sensed[limited] - setpoint[limited]) > CLEARANCE:
+        bottom, top = min(bottom, sensed[limited]), max(top, sensed[limited])
+    setpoint[limited] += min(max(goal - setpoint[limited], -stride[limited]), stride[limited])
+    move = min(max(target[by] - setpoint[by], -stride[by]), stride[by])
+    share, step = 0.0, 1.0
+    for _ in range(12):
+        end = setpoint[by] + (share + step) * move
+        a, b = min(first, end), max(last, end)
+        if _lowest_upper(a, b, at, high) >= top and _highest_lower(a, b, at, low) <= bottom:
+            share += step
+            if share >= 1.0:
+                break
+        step *= 0.5
+    setpoint[by] += min(share, 1.0) * move

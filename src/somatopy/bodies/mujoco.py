@@ -1,0 +1,346 @@
+"""Any MuJoCo model with an anatomy file as a body: physics or kinematics, camera, marker, limits."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from itertools import product
+from pathlib import Path
+from time import perf_counter
+from typing import Any, Literal
+
+import mujoco
+import numpy as np
+from numpy.typing import ArrayLike
+
+from somatopy.bodies.anatomy import Anatomy, anatomy_path
+from somatopy.bodies.base import BodyError
+from somatopy.bodies.limits import advance_setpoints, clip_targets
+from somatopy.bodies.marker import SITE, add_marker
+from somatopy.bodies.rendering import Renderer
+from somatopy.percept import Camera, Floats, Image, JointGroup, Marker, Reading, View
+
+__all__ = ["FRAME", "Motion", "MujocoBody"]
+
+FRAME = 1.0 / 15.0
+Motion = Literal["dynamic", "kinematic"]
+_JOINT = int(mujoco.mjtTrn.mjTRN_JOINT)
+_ONE_DOF = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
+_NO_DYNAMICS = mujoco.mjtDyn.mjDYN_NONE
+
+
+class MujocoBody:
+    """A robot simulated by MuJoCo, described by an MJCF and an anatomy file.
+
+    Set-points move towards the targets at constant speed, as NAOqi's setAngles does. `dynamic`: the model's position
+    servos follow them under gravity, contact and torque limits. `kinematic`: the joints are where the set-points are.
+    Arm and head pass through each other; frames in which they do are marked in the reading.
+
+    Args:
+        anatomy: an Anatomy, the path of an anatomy file, or the name of a body that comes with somatopy.
+        motion: "dynamic" or "kinematic".
+        arm_speed: speed of the arm's set-points, rad/s; the velocity limits where None.
+        head_speed: the same for the head.
+        marker: the cube of tags on the hand.
+
+    Attributes:
+        arm: names and limits of the arm's joints.
+        head: names and limits of the head's joints.
+        camera: the camera that the eye looks through.
+        marker: the cube of tags.
+        model: the compiled MuJoCo model.
+        data: its state.
+        render_s: seconds spent on drawing so far.
+
+    Raises:
+        BodyError: model and anatomy do not fit; the message lists what there is.
+
+    Example:
+        >>> body = MujocoBody("nao", motion="kinematic")
+        >>> reading = body.reset()
+        >>> reading = body.step(arm=reading.arm, head=[0.5, 0.2])
+        >>> reading.head.round(3)
+        array([0.5, 0.2])
+        >>> body.close()
+    """
+
+    def __init__(
+        self,
+        anatomy: Anatomy | str | Path = "nao",
+        motion: Motion = "dynamic",
+        arm_speed: float | None = 0.8,
+        head_speed: float | None = None,
+        marker: Marker | None = None,
+    ) -> None:
+        if motion not in ("dynamic", "kinematic"):
+            raise BodyError(f"Motion {motion!r} is unknown; choose dynamic or kinematic.")
+        for part, speed in (("arm_speed", arm_speed), ("head_speed", head_speed)):
+            if speed is not None and not 0 < speed < np.inf:
+                raise BodyError(f"{part} must be a positive number of rad/s, not {speed!r}.")
+        self.anatomy = anatomy if isinstance(anatomy, Anatomy) else Anatomy.load(anatomy_path(str(anatomy)))
+        self.motion = motion
+        self.marker = marker or Marker()
+        self.model = self._build()
+        self.data = mujoco.MjData(self.model)
+        self.arm = self._group(self.anatomy.arm.joints, self.anatomy.arm.velocity)
+        self.head = self._group(self.anatomy.head.joints, self.anatomy.head.velocity)
+        self._n_arm = len(self.arm)
+        self._index_joints()
+        speeds = [np.minimum(g.velocity, s or np.inf) for g, s in ((self.arm, arm_speed), (self.head, head_speed))]
+        self._stride = np.concatenate(speeds) * FRAME
+        name, size = self.anatomy.camera.name, (self.anatomy.camera.width, self.anatomy.camera.height)
+        self.camera = Camera(name, *size, fovy=float(np.deg2rad(self.model.camera(name).fovy[0])))
+        self.render_s = 0.0
+        self._renderers: dict[tuple[str, int, int], Renderer] = {}
+        self._frame = 0
+        self.reset()
+
+    # -- the contract ------------------------------------------------------------------------------------------------
+
+    def reset(self, seed: int | None = None) -> Reading:
+        """Stand in the home posture at time 0. The body has no noise: `seed` changes nothing."""
+        home = self.anatomy.home
+        if home is None:
+            mujoco.mj_resetData(self.model, self.data)
+        else:
+            mujoco.mj_resetDataKeyframe(self.model, self.data, self.model.key(home).id)
+        self._frame = 0
+        self.data.qpos[self._qpos] = np.clip(self.data.qpos[self._qpos], self._lower, self._upper)
+        self._setpoint = self.data.qpos[self._qpos].copy()
+        self._target = self._setpoint.copy()
+        for servo, qpos in self._others.items():
+            self.data.ctrl[servo] = self.data.qpos[qpos]
+        if self.motion == "dynamic":
+            self.data.ctrl[self._servo] = 0.0
+            self.data.act[self._act] = self._setpoint
+        return self._sense(0.0)
+
+    def step(self, arm: ArrayLike, head: ArrayLike) -> Reading:
+        """Move for one frame (1/15 s) towards the targets, clipped to all limits, and sense.
+
+        Args:
+            arm: arm target, shape (n_arm,), rad.
+            head: head target, shape (n_head,), rad.
+
+        Raises:
+            ValueError: a target of wrong length or not finite.
+        """
+        self._target = np.concatenate([self._checked("arm", arm, self.arm), self._checked("head", head, self.head)])
+        clip_targets(self._target, self._lower, self._upper, *self._coupling)
+        sensed = self.data.qpos[self._qpos]
+        before = self._setpoint.copy()
+        advance_setpoints(self._setpoint, sensed, self._target, self._stride, *self._coupling)
+        if self.motion == "dynamic":
+            self._follow(before)
+        else:
+            self.data.qpos[self._qpos] = self._setpoint
+        self._frame += 1
+        return self._sense(FRAME)
+
+    def state(self) -> dict[str, Any]:
+        """MuJoCo's full integration state, set-points, targets and the frame count."""
+        physics = np.empty(mujoco.mj_stateSize(self.model, mujoco.mjtState.mjSTATE_INTEGRATION))
+        mujoco.mj_getState(self.model, self.data, physics, mujoco.mjtState.mjSTATE_INTEGRATION)
+        return {
+            "physics": physics,
+            "setpoint": self._setpoint.copy(),
+            "target": self._target.copy(),
+            "frame": np.int64(self._frame),
+        }
+
+    def restore(self, state: dict[str, Any]) -> Reading:
+        """Continue bit for bit from a `state()` of the same body."""
+        mujoco.mj_setState(self.model, self.data, state["physics"], mujoco.mjtState.mjSTATE_INTEGRATION)
+        self._setpoint = np.array(state["setpoint"], float)
+        self._target = np.array(state["target"], float)
+        self._frame = int(state["frame"])
+        return self._sense(FRAME if self._frame else 0.0)
+
+    def close(self) -> None:
+        """Free the renderers; a second call does nothing."""
+        for renderer in self._renderers.values():
+            renderer.close()
+        self._renderers.clear()
+
+    def picture(self, camera: str | None = None, width: int | None = None, height: int | None = None) -> Image:
+        """Draw the robot as one of the model's cameras sees it now, (height, width, 3); its own by default."""
+        key = camera or self.camera.name, width or self.camera.width, height or self.camera.height
+        if key not in self._renderers:
+            cameras = [self.model.camera(k).name for k in range(self.model.ncam)]
+            if key[0] not in cameras:
+                raise BodyError(f"The camera {key[0]!r} does not exist. Available: {', '.join(cameras)}.")
+            visual = self.model.vis.global_
+            visual.offwidth, visual.offheight = max(visual.offwidth, key[1]), max(visual.offheight, key[2])
+            self._renderers[key] = Renderer(self.model, *key)
+        return self._renderers[key].render(self.data)
+
+    # -- moving and sensing ------------------------------------------------------------------------------------------
+
+    def _follow(self, before: Floats) -> None:
+        """Let the servos track set-points that ramp from `before` to the new ones, and the physics pass."""
+        self.data.ctrl[self._servo] = (self._setpoint - before) / FRAME
+        self.data.act[self._act] = before
+        mujoco.mj_step(self.model, self.data, self._substeps)
+
+    def _sense(self, dt: float) -> Reading:
+        """Bring poses and contacts up to the posture, as a step ends before they are, and read them."""
+        for refresh in (mujoco.mj_kinematics, mujoco.mj_comPos, mujoco.mj_camlight, mujoco.mj_collision):
+            refresh(self.model, self.data)
+        posture = self.data.qpos[self._qpos]
+        split = self._n_arm
+        return Reading(
+            time=self._frame * FRAME,
+            arm=posture[:split],
+            head=posture[split:],
+            arm_command=self._target[:split].copy(),
+            head_command=self._target[split:].copy(),
+            dt=dt,
+            overlap=self.data.ncon > 0 and bool((self._side[self.data.contact.geom].sum(axis=1) == 3).any()),
+            image=self._photographer(),
+            view=self._view(),
+        )
+
+    def _view(self) -> View:
+        camera, site = self._camera_id, self._site_id
+        return View(
+            camera_position=self.data.cam_xpos[camera].copy(),
+            camera_rotation=self.data.cam_xmat[camera].reshape(3, 3).copy(),
+            marker_position=self.data.site_xpos[site].copy(),
+            marker_rotation=self.data.site_xmat[site].reshape(3, 3).copy(),
+        )
+
+    def _photographer(self) -> Callable[[], Image]:
+        """A function that draws this frame's picture once, and only while the body is still in this frame."""
+        frame, drawn = self._frame, []  # type: ignore[var-annotated]
+
+        def image() -> Image:
+            if not drawn:
+                if frame != self._frame:
+                    raise RuntimeError(f"The picture of frame {frame} was not taken before the body moved on.")
+                start = perf_counter()
+                drawn.append(self.picture())
+                self.render_s += perf_counter() - start
+            return drawn[0]
+
+        return image
+
+    @staticmethod
+    def _checked(part: str, target: ArrayLike, group: JointGroup) -> Floats:
+        values = np.array(target, float)
+        if values.shape != (len(group),):
+            raise ValueError(f"The {part} target has shape {values.shape}; {len(group)} joints: {list(group.names)}.")
+        if not np.isfinite(values).all():
+            raise ValueError(f"The {part} target {values.tolist()} is not finite.")
+        return values
+
+    # -- building ----------------------------------------------------------------------------------------------------
+
+    def _build(self) -> mujoco.MjModel:
+        spec = self._parse(self.anatomy.model)
+        for kind, names in (
+            ("joint", (*self.anatomy.arm.joints, *self.anatomy.head.joints)),
+            ("camera", (self.anatomy.camera.name,)),
+            ("body", (self.anatomy.marker.body,)),
+            ("key", (self.anatomy.home,) if self.anatomy.home else ()),
+        ):
+            self._require(spec, kind, names)
+        position, axis = np.array(self.anatomy.marker.position), np.array(self.anatomy.marker.axis)
+        add_marker(spec, self.anatomy.marker.body, position, axis, self.marker)
+        self._part_arm_and_head(spec)
+        if self.motion == "dynamic":
+            self._ramp_servos(spec)
+        model = self._compile(spec)
+        self._substeps = int(np.ceil(FRAME / model.opt.timestep - 1e-6))
+        model.opt.timestep = FRAME / self._substeps
+        model.vis.map.znear = 0.001 / model.stat.extent
+        model.vis.quality.shadowsize = model.vis.quality.offsamples = 0
+        return model
+
+    @staticmethod
+    def _parse(path: Path) -> mujoco.MjSpec:
+        if not path.is_file():
+            raise BodyError(f"The model {path} does not exist.")
+        try:
+            return mujoco.MjSpec.from_file(str(path))
+        except ValueError as error:
+            raise BodyError(f"MuJoCo cannot read the model {path}: {error}") from error
+
+    def _compile(self, spec: mujoco.MjSpec) -> mujoco.MjModel:
+        try:
+            return spec.compile()
+        except ValueError as error:
+            raise BodyError(f"MuJoCo cannot compile the model {self.anatomy.model}: {error}") from error
+
+    def _require(self, spec: mujoco.MjSpec, kind: str, names: Sequence[str]) -> None:
+        plural = {"joint": "joints", "camera": "cameras", "body": "bodies", "key": "keys"}[kind]
+        there = [element.name for element in getattr(spec, plural)]
+        for name in names:
+            if name not in there:
+                word = "keyframe" if kind == "key" else kind
+                raise BodyError(
+                    f"The {word} {name!r} does not exist in {self.anatomy.model}. Available: {', '.join(there) or 'none'}."
+                )
+
+    def _part_arm_and_head(self, spec: mujoco.MjSpec) -> None:
+        """Arm and head pass through each other: a pair with a negative margin is noticed but exerts no force."""
+        arm = _solids(spec.joint(self.anatomy.arm.joints[0]).parent)
+        head = _solids(spec.joint(self.anatomy.head.joints[0]).parent)
+        for k, geom in enumerate([*arm, *head]):
+            geom.name = geom.name or f"somatopy_solid_{k}"
+        self._solid_names = [g.name for g in arm], [g.name for g in head]
+        for a, b in product(*self._solid_names):
+            spec.add_pair(geomname1=a, geomname2=b, margin=-1.0, gap=1.0)
+
+    def _ramp_servos(self, spec: mujoco.MjSpec) -> None:
+        """Give each position servo an integrator, so that its set-point ramps inside MuJoCo at the speed in `ctrl`."""
+        for name in (*self.anatomy.arm.joints, *self.anatomy.head.joints):
+            servo = next((a for a in spec.actuators if a.target == name and int(a.trntype) == _JOINT), None)
+            if servo is None or servo.biastype != mujoco.mjtBias.mjBIAS_AFFINE or servo.dyntype != _NO_DYNAMICS:
+                raise BodyError(
+                    f"The joint {name!r} of {self.anatomy.model} has no position servo. Add "
+                    f'<actuator><position joint="{name}" kp="..." kv="..."/></actuator>, or use the kinematic motion.'
+                )
+            servo.dyntype = mujoco.mjtDyn.mjDYN_INTEGRATOR
+            servo.ctrllimited = False
+
+    def _index_joints(self) -> None:
+        names = (*self.arm.names, *self.head.names)
+        self._qpos = np.array([self.model.joint(n).qposadr[0] for n in names])
+        self._lower = np.concatenate([self.arm.lower, self.head.lower])
+        self._upper = np.concatenate([self.arm.upper, self.head.upper])
+        joints = [self.model.joint(n).id for n in names]
+        driven = {int(j): k for k, j in enumerate(self.model.actuator_trnid[:, 0]) if int(self.model.actuator_trntype[k]) == _JOINT}
+        if self.motion == "dynamic":
+            self._servo = np.array([driven[j] for j in joints])
+            self._act = self.model.actuator_actadr[self._servo]
+        self._others = {k: self.model.jnt_qposadr[j] for j, k in driven.items() if j not in joints and self._is_servo(k)}
+        table = self.anatomy.head.coupling
+        nothing = np.zeros(1)
+        self._coupling: tuple[int, int, Floats, Floats, Floats] = (-1, -1, nothing, nothing, nothing)
+        if table is not None:
+            points = np.array(table.at), np.array(table.lower), np.array(table.upper)
+            self._coupling = names.index(table.joint), names.index(table.by), *points
+        self._camera_id = self.model.camera(self.anatomy.camera.name).id
+        self._site_id = self.model.site(SITE).id
+        self._side = np.zeros(self.model.ngeom, int)
+        for side, geoms in zip((1, 2), self._solid_names, strict=True):
+            self._side[[self.model.geom(n).id for n in geoms]] = side
+
+    def _is_servo(self, actuator: int) -> bool:
+        gain, bias = self.model.actuator_gainprm[actuator, 0], self.model.actuator_biasprm[actuator, 1]
+        return bool(gain == -bias != 0)
+
+    def _group(self, names: tuple[str, ...], velocity: tuple[float, ...]) -> JointGroup:
+        for name in names:
+            joint = self.model.joint(name)
+            if int(self.model.jnt_type[joint.id]) not in _ONE_DOF:
+                raise BodyError(f"The joint {name!r} of {self.anatomy.model} is neither a hinge nor a slide.")
+            if not self.model.jnt_limited[joint.id]:
+                raise BodyError(f'The joint {name!r} of {self.anatomy.model} has no limits. Give it range="low high".')
+        ranges = np.array([self.model.joint(name).range for name in names])
+        return JointGroup(names, ranges[:, 0].copy(), ranges[:, 1].copy(), np.array(velocity))
+
+
+def _solids(body: Any) -> list[Any]:
+    """The geoms of a body and of all that hang on it which can touch anything."""
+    own = [g for g in body.geoms if g.contype or g.conaffinity]
+    return own + [g for child in body.bodies for g in _solids(child)]

@@ -1,0 +1,72 @@
+"""The command line: one verb a file, imported when it is called."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import sys
+import traceback
+from collections.abc import Sequence
+from importlib.metadata import version
+
+__all__ = ["main"]
+
+VERBS = {
+    "reproduce": "run the paper's experiment, print its table beside the paper's, draw its Figure 3",
+    "run": "run a preset or a description file",
+    "list": "list presets, bodies, learners, damages and babbling ranges",
+}
+
+USAGE = f"""usage: somatopy VERB [OPTIONS]
+
+A robot babbles with its arm, watches its hand, and learns online where to look.
+
+{chr(10).join(f"  {verb:<11}{text}" for verb, text in VERBS.items())}
+
+example: somatopy reproduce --minutes 20 --damage-minutes 10
+Each verb explains itself: somatopy VERB --help
+"""
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command.
+
+    Returns:
+        0 done, 1 failed, 2 wrong use, 130 interrupted. Tracebacks are shown with --debug only.
+    """
+    args = list(sys.argv[1:] if argv is None else argv)
+    if not args or args[0] in ("-h", "--help"):
+        print(USAGE, end="")
+        return 0 if args else 2
+    if args[0] == "--version":
+        print(version("somatopy"))
+        return 0
+    verb, *rest = args
+    if verb not in VERBS:
+        return _fail(f"{verb!r} is no verb of somatopy. Choose one of {', '.join(VERBS)}.", 2)
+    os.environ.setdefault("PYDANTIC_ERRORS_INCLUDE_URL", "0")
+    try:
+        code: int = importlib.import_module(f"somatopy.cli.{verb}").main(rest)
+    except KeyboardInterrupt:
+        return 130
+    except SystemExit as error:
+        return error.code if isinstance(error.code, int) else 2
+    except Exception as error:
+        if "--debug" in rest:
+            traceback.print_exc()
+        return _fail(str(error) or type(error).__name__, 2 if _is_wrong_use(error) else 1)
+    return code
+
+
+def _is_wrong_use(error: Exception) -> bool:
+    """Whether the user can mend it: a description, a robot, a run folder or a machine that does not fit."""
+    from somatopy.analysis.runs import RunFolderError
+    from somatopy.bodies import BodyError, NoGL
+    from somatopy.experiment import DescriptionError
+
+    return isinstance(error, DescriptionError | BodyError | NoGL | RunFolderError)
+
+
+def _fail(message: str, code: int) -> int:
+    print(f"somatopy: {message}", file=sys.stderr)
+    return code

@@ -1,0 +1,83 @@
+"""A progress bar with frames per second, time left and the live hit rate; Ctrl-C stops between two frames."""
+
+from __future__ import annotations
+
+import signal
+from pathlib import Path
+from time import perf_counter
+from types import FrameType
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+from somatopy.experiment import Experiment
+from somatopy.experiment.recorder import prepare_folder
+
+__all__ = ["run_with_progress"]
+
+_REFRESH_S = 0.2
+
+
+def run_with_progress(experiment: Experiment, out: Path | None) -> Path:
+    """Run it into `out` and show how far it is.
+
+    Raises:
+        KeyboardInterrupt: on Ctrl-C, once the frame under way and the parts are written.
+    """
+    console = Console(stderr=True)
+    folder = prepare_folder(out, experiment.description)
+    interrupted = False
+
+    def interrupt(number: int, frame: FrameType | None) -> None:
+        nonlocal interrupted
+        interrupted = True
+
+    bar = Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.percentage:>3.0f} % {task.fields[rate]}"),
+        TextColumn("hits {task.fields[hits]}"),
+        TimeElapsedColumn(),
+        TextColumn("left"),
+        TimeRemainingColumn(),
+        console=console,
+    )
+    before = signal.signal(signal.SIGINT, interrupt)
+    try:
+        with bar:
+            task = bar.add_task(experiment.description.name, total=experiment.description.frames, rate="", hits="")
+            ticker = _Ticker(bar, task)
+
+            def watch(running: Experiment) -> None:
+                if interrupted:
+                    raise KeyboardInterrupt
+                ticker.tick(running)
+
+            experiment.run(folder, watch)
+            ticker.show(experiment)
+    except KeyboardInterrupt:
+        console.print(f"Interrupted after {experiment.done} frames. What was recorded is readable in {folder}.")
+        raise
+    finally:
+        signal.signal(signal.SIGINT, before)
+    return folder
+
+
+class _Ticker:
+    """Updates the bar now and then, with the rates since the last update and over the last window."""
+
+    def __init__(self, bar: Progress, task: int) -> None:
+        self._bar, self._task = bar, task
+        self._at, self._done, self._hits = perf_counter(), 0, 0
+
+    def tick(self, experiment: Experiment) -> None:
+        if perf_counter() - self._at >= _REFRESH_S:
+            self.show(experiment)
+
+    def show(self, experiment: Experiment) -> None:
+        now, frames = perf_counter(), experiment.done - self._done
+        if frames:
+            rate = f"{frames / (now - self._at):,.0f} frames/s"
+            hits = f"{(experiment.hits - self._hits) / frames:.0%} now, {experiment.hits / experiment.done:.1%} so far"
+            self._bar.update(self._task, completed=experiment.done, rate=rate, hits=hits)  # type: ignore[arg-type]
+        self._at, self._done, self._hits = now, experiment.done, experiment.hits

@@ -1,0 +1,7 @@
+"""Learners: the Learner contract, the paper's learner, and controls that do not learn."""
+
+from somatopy.learners.base import Learner, Scale
+from somatopy.learners.controls import FixedGaze, RandomGaze
+from somatopy.learners.hebbian import HebbianLearner, centring
+
+__all__ = ["FixedGaze", "HebbianLearner", "Learner", "RandomGaze", "Scale", "centring"]

@@ -1,0 +1,6 @@
+"""Hebbian links between the nodes of two maps."""
+
+from somatopy.links.hebbian import HebbianLinks
+from somatopy.links.rules import PositiveHebb, Rule, activation
+
+__all__ = ["HebbianLinks", "PositiveHebb", "Rule", "activation"]
