@@ -17,6 +17,7 @@ PACKAGE = ROOT / "src" / "somatopy"
 LAYERS = (
     ("somatopy", "__main__"),
     ("cli",),
+    ("api",),
     ("studies", "viewer", "envs"),
     ("analysis",),
     ("experiment",),

@@ -5,15 +5,17 @@ Angles are radians, lengths metres, times seconds, pixels are (u, v) from the ce
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Camera", "Floats", "Image", "JointGroup", "Marker", "Percept", "Reading", "Sighting", "View"]
+__all__ = ["Camera", "Floats", "Image", "Ints", "JointGroup", "Marker", "Percept", "Reading", "Shapes", "Sighting", "View"]
 
 Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
 Image = NDArray[np.uint8]
 
 
@@ -85,31 +87,43 @@ class Marker:
 
 
 @dataclass(frozen=True)
+class Shapes:
+    """Convex shapes that can stand between camera and marker.
+
+    Attributes:
+        kinds: 2 sphere, 3 capsule, 4 ellipsoid, 5 cylinder, 6 box (MuJoCo's numbers), shape (n,).
+        sizes: half-sizes along the shape's own axes as MuJoCo has them, and bounding radius, shape (n, 4), m.
+    """
+
+    kinds: Ints
+    sizes: Floats
+
+
+@dataclass(frozen=True)
 class View:
-    """Where camera and marker truly are; for geometric eyes and measures, never for learners.
+    """Where camera, marker and occluders truly are; for geometric eyes and measures, never for learners.
 
     Rotations are matrices whose columns are the frame's axes in the world. The camera looks along its -z, its x
     points right in the image and its y up (MuJoCo's and OpenGL's convention).
 
     Attributes:
-        camera_position: shape (3,), m.
-        camera_rotation: shape (3, 3).
-        marker_position: centre of the marker, shape (3,), m.
-        marker_rotation: shape (3, 3).
+        camera: position (m) and rotation matrix, row by row, shape (12,).
+        marker: the same of the marker's centre.
+        occluders: the same of the body's `Shapes`, shape (n, 12).
     """
 
-    camera_position: Floats
-    camera_rotation: Floats
-    marker_position: Floats
-    marker_rotation: Floats
+    camera: Floats
+    marker: Floats
+    occluders: Floats
 
     @property
     def gaze_error(self) -> float:
         """Angle between the optical axis and the line from camera to marker, rad."""
-        ray = self.marker_position - self.camera_position
-        along = -float(self.camera_rotation[:, 2] @ ray)
-        across = float(np.linalg.norm(ray + along * self.camera_rotation[:, 2]))
-        return float(np.arctan2(across, along))
+        ray = self.marker[:3] - self.camera[:3]
+        axis = -self.camera[5::3]
+        along = float(axis @ ray)
+        across = ray - along * axis
+        return math.atan2(math.sqrt(float(across @ across)), along)
 
 
 @dataclass(frozen=True)

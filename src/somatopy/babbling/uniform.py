@@ -27,7 +27,8 @@ class UniformBabbler:
         rng: the babbler's own random numbers.
 
     Raises:
-        ValueError: bounds of wrong shape, outside the joint limits or with low above high; a speed that is not positive.
+        ValueError: bounds of wrong shape, outside the joint limits or with low above high; a speed that is not
+            positive.
 
     Example:
         >>> arm = JointGroup(("a", "b"), np.array([-1.0, -1.0]), np.array([1.0, 1.0]), np.array([8.0, 8.0]))
@@ -51,7 +52,7 @@ class UniformBabbler:
 
     def command(self, time: float) -> Floats:
         """Final target of the movement under way at `time` (s), shape (n_arm,), rad."""
-        while time >= self._until - 1e-9:
+        if time >= self._until - 1e-9:
             before = self._target
             self._target = self._rng.uniform(self.bounds[:, 0], self.bounds[:, 1])
             self._until = max(time, self._until) + float((np.abs(self._target - before) / self._speed).max())
@@ -72,10 +73,12 @@ def check_bounds(bounds: ArrayLike, arm: JointGroup) -> Floats:
     """`bounds` as an array (n_arm, 2) inside the joint limits, or a ValueError that names the joint."""
     array = np.array(bounds, float)
     if array.shape != (len(arm), 2):
-        raise ValueError(f"A babbling range needs [low, high] for each of {list(arm.names)}; its shape is {array.shape}.")
+        raise ValueError(f"A range needs [low, high] for each of {', '.join(arm.names)}; its shape is {array.shape}.")
     for name, (low, high), lower, upper in zip(arm.names, array, arm.lower, arm.upper, strict=True):
+        if low > high:
+            raise ValueError(f"The range [{low:g}, {high:g}] of {name} must have its low end first.")
         if not lower - 1e-4 <= low <= high <= upper + 1e-4:
             raise ValueError(
-                f"The babbling range [{low:g}, {high:g}] of {name} must lie inside its limits [{lower:.4f}, {upper:.4f}]."
+                f"The range [{low:g}, {high:g}] of {name} must lie inside its limits [{lower:.4f}, {upper:.4f}] rad."
             )
-    return np.clip(array, arm.lower[:, None], arm.upper[:, None])
+    return np.asarray(np.clip(array, arm.lower[:, None], arm.upper[:, None]))

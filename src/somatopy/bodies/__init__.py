@@ -1,5 +1,6 @@
 """Robots: the Body contract, and MuJoCo models with an anatomy file."""
 
+from somatopy.bodies import _opengl  # noqa: F401 - before anything that imports mujoco
 from somatopy.bodies.anatomy import BODIES, Anatomy, Coupling, anatomy_path
 from somatopy.bodies.base import Body, BodyError
 from somatopy.bodies.mujoco import FRAME, Motion, MujocoBody

@@ -12,7 +12,8 @@ from somatopy.bodies.base import BodyError
 
 __all__ = ["BODIES", "Anatomy", "Coupling", "anatomy_path"]
 
-Velocity = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Velocity = Annotated[Finite, Field(gt=0)]
 
 #: Bodies that come with somatopy: name -> anatomy file.
 BODIES = {"nao": Path(__file__).parent / "nao" / "anatomy.toml"}
@@ -27,14 +28,15 @@ class Coupling(_Table):
 
     joint: str
     by: str
-    at: tuple[float, ...] = Field(min_length=2)
-    lower: tuple[float, ...]
-    upper: tuple[float, ...]
+    at: tuple[Finite, ...] = Field(min_length=2)
+    lower: tuple[Finite, ...]
+    upper: tuple[Finite, ...]
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
         if not len(self.at) == len(self.lower) == len(self.upper):
-            raise ValueError(f"at, lower and upper need the same length, not {len(self.at)}, {len(self.lower)}, {len(self.upper)}")
+            lengths = len(self.at), len(self.lower), len(self.upper)
+            raise ValueError(f"at, lower and upper need the same length, not {', '.join(map(str, lengths))}")
         if any(b <= a for a, b in zip(self.at, self.at[1:], strict=False)):
             raise ValueError("at must increase")
         if any(low > high for low, high in zip(self.lower, self.upper, strict=True)):
@@ -86,8 +88,14 @@ class MarkerTable(_Table):
     """The body that carries the cube of tags, and where: position (m) and axis in that body's frame."""
 
     body: str
-    position: tuple[float, float, float]
-    axis: tuple[float, float, float] = (1.0, 0.0, 0.0)
+    position: tuple[Finite, Finite, Finite]
+    axis: tuple[Finite, Finite, Finite] = (1.0, 0.0, 0.0)
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if not any(self.axis):
+            raise ValueError("axis must not be zero")
+        return self
 
 
 class Anatomy(_Table):
@@ -100,7 +108,14 @@ class Anatomy(_Table):
     head: Head
     camera: CameraTable
     marker: MarkerTable
-    ranges: dict[str, tuple[tuple[float, float], ...]] = {}
+    ranges: dict[str, tuple[tuple[Finite, Finite], ...]] = {}
+
+    @model_validator(mode="after")
+    def _apart(self) -> Self:
+        both = set(self.arm.joints) & set(self.head.joints)
+        if both:
+            raise ValueError(f"a joint belongs to arm or head, not to both: {sorted(both)}")
+        return self
 
     @classmethod
     def load(cls, path: str | Path) -> Anatomy:
@@ -111,7 +126,7 @@ class Anatomy(_Table):
         """
         path = Path(path)
         try:
-            table = tomllib.loads(path.read_text())
+            table = tomllib.loads(path.read_text(encoding="utf-8"))
         except OSError as error:
             raise BodyError(f"Cannot read the anatomy file {path}: {error.strerror}.") from error
         except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:

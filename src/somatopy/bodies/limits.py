@@ -1,11 +1,16 @@
-"""How a body turns targets into set-points that no limit forbids: position, velocity, and joints that limit each other."""
+"""Limits of position, velocity and of joints that limit each other: legal set-points, joints held inside."""
 
 from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
 
 from somatopy._jit import jit
 from somatopy.percept import Floats
 
-__all__ = ["CLEARANCE", "advance_setpoints", "clip_targets"]
+__all__ = ["CLEARANCE", "advance_setpoints", "clip_targets", "hold_inside"]
+
+Ints = NDArray[np.int64]
 
 #: Distance (rad) that set-points keep from coupled limits, so that a servo's small error neither breaks nor jams them.
 CLEARANCE = 0.002
@@ -14,11 +19,11 @@ CLEARANCE = 0.002
 @jit
 def _interpolate(x: float, at: Floats, values: Floats) -> float:
     if x <= at[0]:
-        return values[0]
+        return float(values[0])
     for k in range(1, at.size):
         if x <= at[k]:
-            return values[k - 1] + (values[k] - values[k - 1]) * (x - at[k - 1]) / (at[k] - at[k - 1])
-    return values[-1]
+            return float(values[k - 1] + (values[k] - values[k - 1]) * (x - at[k - 1]) / (at[k] - at[k - 1]))
+    return float(values[-1])
 
 
 @jit
@@ -121,3 +126,40 @@ def advance_setpoints(
                 break
         step *= 0.5
     setpoint[by] += min(share, 1.0) * move
+
+
+@jit
+def hold_inside(
+    qpos: Floats,
+    qvel: Floats,
+    places: Ints,
+    dofs: Ints,
+    lower: Floats,
+    upper: Floats,
+    velocity: Floats,
+    duration: float,
+) -> None:
+    """Take back in place what one physics step did beyond position and velocity limits.
+
+    The joints' ends are stops without bounce and the gears turn no faster than their limit, whatever shakes them: a
+    saturated servo, or the joints beside it. Only takes motion out, never adds any.
+
+    Args:
+        qpos: generalised positions, overwritten.
+        qvel: generalised velocities, overwritten.
+        places: where the n joints stand in `qpos`.
+        dofs: where they stand in `qvel`.
+        lower: lower position limits, shape (n,).
+        upper: upper position limits, shape (n,).
+        velocity: velocity limits, shape (n,).
+        duration: length of the physics step, s.
+    """
+    for k in range(places.size):
+        q, v = places[k], dofs[k]
+        excess = qvel[v] - min(max(qvel[v], -velocity[k]), velocity[k])
+        qvel[v] -= excess
+        qpos[q] -= duration * excess
+        if qpos[q] < lower[k]:
+            qpos[q], qvel[v] = lower[k], max(qvel[v], 0.0)
+        elif qpos[q] > upper[k]:
+            qpos[q], qvel[v] = upper[k], min(qvel[v], 0.0)

@@ -64,9 +64,8 @@ def add_marker(spec: mujoco.MjSpec, body: str, position: Floats, axis: Floats, m
     carrier = spec.body(body)
     pose = {"pos": position, "quat": _turn_x_to(axis)}
     carrier.add_site(name=SITE, **pose)
-    carrier.add_geom(
-        name=SITE, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=SITE, material=SITE, mass=0, contype=0, conaffinity=0, **pose
-    )
+    untouchable = {"mass": 0, "contype": 0, "conaffinity": 0}
+    carrier.add_geom(name=SITE, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=SITE, material=SITE, **untouchable, **pose)
 
 
 def _turn_x_to(axis: Floats) -> Floats:
@@ -75,4 +74,4 @@ def _turn_x_to(axis: Floats) -> Floats:
     quaternion = np.array([1 + unit[0], 0.0, -unit[2], unit[1]])
     if 1 + unit[0] < 1e-9:
         return np.array([0.0, 0.0, 0.0, 1.0])
-    return quaternion / np.linalg.norm(quaternion)
+    return np.asarray(quaternion / np.linalg.norm(quaternion))

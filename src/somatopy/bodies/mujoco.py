@@ -14,16 +14,18 @@ from numpy.typing import ArrayLike
 
 from somatopy.bodies.anatomy import Anatomy, anatomy_path
 from somatopy.bodies.base import BodyError
-from somatopy.bodies.limits import advance_setpoints, clip_targets
+from somatopy.bodies.limits import CLEARANCE, advance_setpoints, clip_targets, hold_inside
 from somatopy.bodies.marker import SITE, add_marker
 from somatopy.bodies.rendering import Renderer
-from somatopy.percept import Camera, Floats, Image, JointGroup, Marker, Reading, View
+from somatopy.percept import Camera, Floats, Image, JointGroup, Marker, Reading, Shapes, View
 
 __all__ = ["FRAME", "Motion", "MujocoBody"]
 
 FRAME = 1.0 / 15.0
 Motion = Literal["dynamic", "kinematic"]
 _JOINT = int(mujoco.mjtTrn.mjTRN_JOINT)
+_SPHERE, _ELLIPSOID, _MESH = 2, 4, 7  # MuJoCo's geom types, as Shapes counts them
+_PRIMITIVES = (2, 3, 4, 5, 6)
 _ONE_DOF = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
 _NO_DYNAMICS = mujoco.mjtDyn.mjDYN_NONE
 
@@ -47,6 +49,7 @@ class MujocoBody:
         head: names and limits of the head's joints.
         camera: the camera that the eye looks through.
         marker: the cube of tags.
+        occluders: what can stand between camera and marker; their poses are in each reading's view.
         model: the compiled MuJoCo model.
         data: its state.
         render_s: seconds spent on drawing so far.
@@ -104,8 +107,9 @@ class MujocoBody:
         else:
             mujoco.mj_resetDataKeyframe(self.model, self.data, self.model.key(home).id)
         self._frame = 0
-        self.data.qpos[self._qpos] = np.clip(self.data.qpos[self._qpos], self._lower, self._upper)
-        self._setpoint = self.data.qpos[self._qpos].copy()
+        self._setpoint = self.data.qpos[self._qpos]
+        clip_targets(self._setpoint, self._lower, self._upper, *self._coupling)
+        self.data.qpos[self._qpos] = self._setpoint
         self._target = self._setpoint.copy()
         for servo, qpos in self._others.items():
             self.data.ctrl[servo] = self.data.qpos[qpos]
@@ -179,7 +183,9 @@ class MujocoBody:
         """Let the servos track set-points that ramp from `before` to the new ones, and the physics pass."""
         self.data.ctrl[self._servo] = (self._setpoint - before) / FRAME
         self.data.act[self._act] = before
-        mujoco.mj_step(self.model, self.data, self._substeps)
+        for _ in range(self._substeps):
+            mujoco.mj_step(self.model, self.data)
+            hold_inside(self.data.qpos, self.data.qvel, *self._joint_limits, self.model.opt.timestep)
 
     def _sense(self, dt: float) -> Reading:
         """Bring poses and contacts up to the posture, as a step ends before they are, and read them."""
@@ -200,21 +206,25 @@ class MujocoBody:
         )
 
     def _view(self) -> View:
+        data, occluders = self.data, np.empty((len(self._occluding), 12))
+        occluders[:, :3], occluders[:, 3:] = data.geom_xpos[self._occluding], data.geom_xmat[self._occluding]
+        if self._offsets.any():
+            occluders[:, :3] += np.einsum("nij,nj->ni", occluders[:, 3:].reshape(-1, 3, 3), self._offsets)
         camera, site = self._camera_id, self._site_id
         return View(
-            camera_position=self.data.cam_xpos[camera].copy(),
-            camera_rotation=self.data.cam_xmat[camera].reshape(3, 3).copy(),
-            marker_position=self.data.site_xpos[site].copy(),
-            marker_rotation=self.data.site_xmat[site].reshape(3, 3).copy(),
+            camera=np.concatenate([data.cam_xpos[camera], data.cam_xmat[camera]]),
+            marker=np.concatenate([data.site_xpos[site], data.site_xmat[site]]),
+            occluders=occluders,
         )
 
     def _photographer(self) -> Callable[[], Image]:
         """A function that draws this frame's picture once, and only while the body is still in this frame."""
         frame, drawn = self._frame, []  # type: ignore[var-annotated]
+        self._sensed = moment = object()
 
         def image() -> Image:
             if not drawn:
-                if frame != self._frame:
+                if moment is not self._sensed:
                     raise RuntimeError(f"The picture of frame {frame} was not taken before the body moved on.")
                 start = perf_counter()
                 drawn.append(self.picture())
@@ -246,6 +256,7 @@ class MujocoBody:
         position, axis = np.array(self.anatomy.marker.position), np.array(self.anatomy.marker.axis)
         add_marker(spec, self.anatomy.marker.body, position, axis, self.marker)
         self._part_arm_and_head(spec)
+        self._servos: list[Any] = []
         if self.motion == "dynamic":
             self._ramp_servos(spec)
         model = self._compile(spec)
@@ -277,7 +288,8 @@ class MujocoBody:
             if name not in there:
                 word = "keyframe" if kind == "key" else kind
                 raise BodyError(
-                    f"The {word} {name!r} does not exist in {self.anatomy.model}. Available: {', '.join(there) or 'none'}."
+                    f"The {word} {name!r} does not exist in {self.anatomy.model}. "
+                    f"Available: {', '.join(there) or 'none'}."
                 )
 
     def _part_arm_and_head(self, spec: mujoco.MjSpec) -> None:
@@ -293,14 +305,15 @@ class MujocoBody:
     def _ramp_servos(self, spec: mujoco.MjSpec) -> None:
         """Give each position servo an integrator, so that its set-point ramps inside MuJoCo at the speed in `ctrl`."""
         for name in (*self.anatomy.arm.joints, *self.anatomy.head.joints):
-            servo = next((a for a in spec.actuators if a.target == name and int(a.trntype) == _JOINT), None)
-            if servo is None or servo.biastype != mujoco.mjtBias.mjBIAS_AFFINE or servo.dyntype != _NO_DYNAMICS:
+            servo = next((a for a in spec.actuators if a.target == name and _is_position_servo(a)), None)
+            if servo is None:
                 raise BodyError(
                     f"The joint {name!r} of {self.anatomy.model} has no position servo. Add "
                     f'<actuator><position joint="{name}" kp="..." kv="..."/></actuator>, or use the kinematic motion.'
                 )
             servo.dyntype = mujoco.mjtDyn.mjDYN_INTEGRATOR
             servo.ctrllimited = False
+            self._servos.append(servo)
 
     def _index_joints(self) -> None:
         names = (*self.arm.names, *self.head.names)
@@ -308,26 +321,51 @@ class MujocoBody:
         self._lower = np.concatenate([self.arm.lower, self.head.lower])
         self._upper = np.concatenate([self.arm.upper, self.head.upper])
         joints = [self.model.joint(n).id for n in names]
-        driven = {int(j): k for k, j in enumerate(self.model.actuator_trnid[:, 0]) if int(self.model.actuator_trntype[k]) == _JOINT}
-        if self.motion == "dynamic":
-            self._servo = np.array([driven[j] for j in joints])
-            self._act = self.model.actuator_actadr[self._servo]
-        self._others = {k: self.model.jnt_qposadr[j] for j, k in driven.items() if j not in joints and self._is_servo(k)}
-        table = self.anatomy.head.coupling
-        nothing = np.zeros(1)
-        self._coupling: tuple[int, int, Floats, Floats, Floats] = (-1, -1, nothing, nothing, nothing)
-        if table is not None:
-            points = np.array(table.at), np.array(table.lower), np.array(table.upper)
-            self._coupling = names.index(table.joint), names.index(table.by), *points
+        velocity = np.concatenate([self.arm.velocity, self.head.velocity])
+        self._joint_limits = self._qpos, self.model.jnt_dofadr[joints].astype(int), self._lower, self._upper, velocity
+        self._servo = np.array([servo.id for servo in self._servos], int)
+        self._act = self.model.actuator_actadr[self._servo]
+        driven = enumerate(self.model.actuator_trnid[:, 0])
+        self._others = {k: self.model.jnt_qposadr[j] for k, j in driven if self._is_servo(k) and j not in joints}
+        self._coupling = self._couple(names)
         self._camera_id = self.model.camera(self.anatomy.camera.name).id
         self._site_id = self.model.site(SITE).id
+        self._index_occluders()
         self._side = np.zeros(self.model.ngeom, int)
         for side, geoms in zip((1, 2), self._solid_names, strict=True):
             self._side[[self.model.geom(n).id for n in geoms]] = side
 
+    def _couple(self, names: tuple[str, ...]) -> tuple[int, int, Floats, Floats, Floats]:
+        table = self.anatomy.head.coupling
+        if table is None:
+            return -1, -1, np.zeros(1), np.zeros(1), np.zeros(1)
+        k = names.index(table.joint)
+        least, most = max(*table.lower, self._lower[k]), min(*table.upper, self._upper[k])
+        if least + 2 * CLEARANCE >= most:
+            raise BodyError(
+                f"No angle of {table.joint!r} is allowed at every angle of {table.by!r}: the lower limits reach "
+                f"{least:g}, the upper ones come down to {most:g}. Leave more than {2 * CLEARANCE:g} rad between them."
+            )
+        return k, names.index(table.by), np.array(table.at), np.array(table.lower), np.array(table.upper)
+
+    def _index_occluders(self) -> None:
+        """All that can hide the marker; what is no primitive shape (a mesh) counts as the ellipsoid of its box."""
+        model = self.model
+        shown = (model.geom_rgba[:, 3] > 0) & (model.geom_group < 3) & np.isin(model.geom_type, [*_PRIMITIVES, _MESH])
+        shown[model.geom(SITE).id] = False
+        self._occluding = np.flatnonzero(shown)
+        kinds, sizes = model.geom_type[self._occluding].astype(np.int64), model.geom_size[self._occluding].copy()
+        odd = kinds == _MESH
+        self._offsets = np.where(odd[:, None], model.geom_aabb[self._occluding, :3], 0.0)
+        sizes[odd] = model.geom_aabb[self._occluding[odd], 3:]
+        kinds[odd] = _ELLIPSOID
+        sizes[kinds == _SPHERE] = sizes[kinds == _SPHERE][:, :1]
+        reach = np.where(odd, np.linalg.norm(sizes, axis=1), model.geom_rbound[self._occluding])
+        self.occluders = Shapes(kinds, np.column_stack([sizes, reach]))
+
     def _is_servo(self, actuator: int) -> bool:
         gain, bias = self.model.actuator_gainprm[actuator, 0], self.model.actuator_biasprm[actuator, 1]
-        return bool(gain == -bias != 0)
+        return int(self.model.actuator_trntype[actuator]) == _JOINT and bool(gain == -bias != 0)
 
     def _group(self, names: tuple[str, ...], velocity: tuple[float, ...]) -> JointGroup:
         for name in names:
@@ -338,6 +376,12 @@ class MujocoBody:
                 raise BodyError(f'The joint {name!r} of {self.anatomy.model} has no limits. Give it range="low high".')
         ranges = np.array([self.model.joint(name).range for name in names])
         return JointGroup(names, ranges[:, 0].copy(), ranges[:, 1].copy(), np.array(velocity))
+
+
+def _is_position_servo(actuator: Any) -> bool:
+    """Whether an actuator of a spec pulls a joint towards its control value, as `<position>` does, without a filter."""
+    pulls = actuator.gainprm[0] == -actuator.biasprm[1] != 0 and actuator.gear[0] == 1
+    return bool(pulls and int(actuator.trntype) == _JOINT and actuator.dyntype == _NO_DYNAMICS)
 
 
 def _solids(body: Any) -> list[Any]:

@@ -25,14 +25,15 @@ class NoGL(RuntimeError):
 def _forget_opengl() -> None:
     """PyOpenGL binds itself to one platform when imported; a second try needs a fresh import."""
     os.environ.pop("PYOPENGL_PLATFORM", None)
-    for name in [m for m in sys.modules if m.partition(".")[0] == "OpenGL" or m.startswith(("mujoco.egl", "mujoco.osmesa"))]:
-        del sys.modules[name]
+    for name in list(sys.modules):
+        if name.partition(".")[0] == "OpenGL" or name.startswith(("mujoco.egl", "mujoco.osmesa")):
+            del sys.modules[name]
 
 
 @cache
 def _context_class() -> tuple[str, Any]:
     os.environ.setdefault("LP_NUM_THREADS", "0")  # Mesa's software renderer: threads cost more than they give here
-    wanted = os.environ.get("MUJOCO_GL", "").lower()
+    wanted = os.environ.get("MUJOCO_GL", "").strip().lower()
     reasons = []
     for name in (wanted,) if wanted in _BACKENDS else _BACKENDS:
         try:

@@ -15,6 +15,8 @@ __all__ = ["main"]
 TEXT = """usage: somatopy list [--json]
 
 List presets, bodies with their babbling ranges, learners and damages.
+
+example: somatopy list --json
 """
 
 

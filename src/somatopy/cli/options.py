@@ -2,30 +2,32 @@
 
 from __future__ import annotations
 
-import functools
-import typing
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import tyro
-from pydantic import BaseModel
+from pydantic import BaseModel, ValidationError
 
 from somatopy.experiment.description import (
     Description,
     DescriptionError,
     FixedControl,
     Hebbian,
-    OffsetDamage,
-    Phase,
     RandomControl,
+    explain,
     frames_of,
+    validated,
 )
 
 __all__ = ["Options", "parse"]
 
 LEARNERS = {"hebbian": Hebbian, "random": RandomControl, "fixed": FixedControl}
+
+_DAMAGES = "none|paper|offset:a,b,c,d"
+_OUT = "The run folder, new or empty; runs/<time>_<name>_seed<k> if none."
+_Switch = Annotated[bool, tyro.conf.FlagCreatePairsOff]
 
 
 @dataclass(frozen=True)
@@ -37,17 +39,17 @@ class Flags:
     learner: Annotated[Literal["hebbian", "random", "fixed"] | None, tyro.conf.arg(help="What moves the head.")] = None
     minutes: Annotated[float | None, tyro.conf.arg(help="Robot time of the first phase.")] = None
     damage_minutes: Annotated[float | None, tyro.conf.arg(help="Robot time of the damaged phase.")] = None
-    damage: Annotated[str | None, tyro.conf.arg(metavar="none|paper|offset:a,b,c,d", help="Damage of that phase.")] = None
-    out: Annotated[Path | None, tyro.conf.arg(help="The run folder, new or empty; runs/<time>_<name>_seed<k> if none.")] = None
-    json: Annotated[bool, tyro.conf.FlagCreatePairsOff, tyro.conf.arg(help="Print one JSON object, all else to standard error.")] = False
-    debug: Annotated[bool, tyro.conf.FlagCreatePairsOff, tyro.conf.arg(help="Show tracebacks.")] = False
+    damage: Annotated[str | None, tyro.conf.arg(metavar=_DAMAGES, help="Damage of that phase.")] = None
+    out: Annotated[Path | None, tyro.conf.arg(help=_OUT)] = None
+    json: Annotated[_Switch, tyro.conf.arg(help="Print one JSON object, all else to standard error.")] = False
+    debug: Annotated[_Switch, tyro.conf.arg(help="Show tracebacks.")] = False
 
 
 @dataclass(frozen=True)
 class Options(Flags):
     """Flags, and the description that they and the dotted overrides lead to."""
 
-    description: Annotated[Description, tyro.conf.arg(name="")] = Description()
+    description: Annotated[Description, tyro.conf.arg(name="")] = field(default_factory=Description)
 
 
 def parse(args: Sequence[str], description: Description, program: str, text: str) -> Options:
@@ -69,11 +71,17 @@ def parse(args: Sequence[str], description: Description, program: str, text: str
     flags = tyro.cli(Flags, args=[a for group in short for a in group], prog=program)
     described = _apply(flags, description)
     _check_names(helpless, known, described)
-    default = Options(**{f.name: getattr(flags, f.name) for f in fields(Flags)}, description=described)
-    wanted = [a for group in (g for _, g in _by_option(helpless)) for a in group] + [a for a in args if a not in helpless]
-    return tyro.cli(
-        Options, args=wanted, default=default, prog=program, description=text, config=(tyro.conf.AvoidSubcommands,)
-    )
+    try:
+        return tyro.cli(
+            Options,
+            args=args,
+            default=Options(description=described),
+            prog=program,
+            description=text,
+            config=(tyro.conf.AvoidSubcommands,),
+        )
+    except ValidationError as error:
+        raise DescriptionError(f"The options lead to an experiment that cannot be run: {explain(error)}.") from error
 
 
 def _by_option(args: Sequence[str]) -> Iterator[tuple[str, list[str]]]:
@@ -98,10 +106,16 @@ def _check_names(args: Sequence[str], known: set[str], description: Description)
         if not group[0].startswith("--"):
             raise DescriptionError(f"{group[0]!r} was not expected here; options begin with --.")
         if name not in known and name not in keys:
-            parent = name.rpartition(".")[0]
-            near = [k for k in keys if parent and k.startswith(parent + ".")] or [*sorted(known), *keys]
-            valid = ", ".join("--" + k.replace("_", "-") for k in near)
+            valid = ", ".join("--" + k.replace("_", "-") for k in _near(name, keys) or [*sorted(known), *keys])
             raise DescriptionError(f"Unknown option {group[0].partition('=')[0]}. Valid ones: {valid}.")
+
+
+def _near(name: str, keys: Sequence[str]) -> list[str]:
+    """The keys of the innermost table that an unknown dotted name has in common with them."""
+    while name := name.rpartition(".")[0]:
+        if near := [key for key in keys if key.startswith(name + ".")]:
+            return near
+    return []
 
 
 def _keys(value: Any, prefix: str = "") -> Iterator[str]:
@@ -117,24 +131,23 @@ def _keys(value: Any, prefix: str = "") -> Iterator[str]:
 
 
 def _apply(flags: Flags, description: Description) -> Description:
-    changes: dict[str, Any] = {}
+    table = description.model_dump()
     if flags.motion:
-        changes["body"] = description.body.model_copy(update={"motion": flags.motion})
-    if flags.learner and flags.learner != description.learner.kind:
-        changes["learner"] = LEARNERS[flags.learner]()
-    if flags.eye and flags.eye != description.eye.kind:
-        changes["eye"] = {"kind": flags.eye}
-    phases = list(description.phases)
+        table["body"]["motion"] = flags.motion
+    for part, kind in (("learner", flags.learner), ("eye", flags.eye)):
+        if kind and kind != table[part]["kind"]:
+            table[part] = {"kind": kind}
+    phases = table["phases"] = list(table["phases"])
     if flags.minutes is not None:
-        phases[0] = phases[0].model_copy(update={"frames": frames_of(flags.minutes)})
+        phases[0]["frames"] = frames_of(flags.minutes)
     if flags.damage_minutes is not None or flags.damage is not None:
         if len(phases) < 2:
-            phases.append(Phase(name="damaged", frames=0, damage=OffsetDamage(), trend_breaks=(7,)))
+            phases.append({"name": "damaged", "frames": 0, "damage": {"kind": "offset"}, "trend_breaks": (7,)})
         if flags.damage_minutes is not None:
-            phases[1] = phases[1].model_copy(update={"frames": frames_of(flags.damage_minutes)})
+            phases[1]["frames"] = frames_of(flags.damage_minutes)
         if flags.damage is not None:
-            phases[1] = phases[1].model_copy(update={"damage": _damage(flags.damage)})
-    return description.replaced(**changes, phases=tuple(phases))
+            phases[1]["damage"] = _damage(flags.damage)
+    return validated(table, "The options lead to an experiment that cannot be run")
 
 
 def _damage(text: str) -> dict[str, Any]:
@@ -143,10 +156,10 @@ def _damage(text: str) -> dict[str, Any]:
     if text == "none":
         return {"kind": "none"}
     if text == "paper":
-        return OffsetDamage().model_dump()
+        return {"kind": "offset"}
     if kind == "offset" and numbers:
         try:
             return {"kind": "offset", "offset": tuple(float(n) for n in numbers.split(","))}
         except ValueError as error:
-            raise DescriptionError(f"--damage {text}: {error}.") from error
+            raise DescriptionError(f"--damage {text!r}: {error}. Write numbers, rad, one a joint.") from error
     raise DescriptionError(f"--damage {text!r} is unknown; choose none, paper or offset:a,b,c,d (rad, one a joint).")

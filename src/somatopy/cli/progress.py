@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+import sys
 from pathlib import Path
 from time import perf_counter
 from types import FrameType
@@ -56,7 +57,7 @@ def run_with_progress(experiment: Experiment, out: Path | None) -> Path:
             experiment.run(folder, watch)
             ticker.show(experiment)
     except KeyboardInterrupt:
-        console.print(f"Interrupted after {experiment.done} frames. What was recorded is readable in {folder}.")
+        print(f"Interrupted after {experiment.done} frames; what was recorded is in {folder}.", file=sys.stderr)
         raise
     finally:
         signal.signal(signal.SIGINT, before)

@@ -61,7 +61,8 @@ def babbling_bounds(name: str, body: MujocoBody) -> Floats:
     Raises:
         DescriptionError: the body names no such range.
     """
-    ranges = {"mechanical": limits(body.arm)} | {k: np.array(v) for k, v in body.anatomy.ranges.items()}
+    ranges: dict[str, Floats] = {"mechanical": limits(body.arm)}
+    ranges |= {key: np.array(value) for key, value in body.anatomy.ranges.items()}
     if name not in ranges:
         raise DescriptionError(f"babbling.range {name!r} is unknown to this body; choose one of {', '.join(ranges)}.")
     return ranges[name]
@@ -114,7 +115,9 @@ def limits(group: JointGroup) -> Floats:
 def check_posture(key: str, posture: tuple[float, ...], group: JointGroup) -> None:
     """Raise a DescriptionError that names the joint if a posture does not fit or leaves the limits."""
     if len(posture) != len(group):
-        raise DescriptionError(f"{key} has {len(posture)} angles; there are {len(group)} joints: {', '.join(group.names)}.")
+        raise DescriptionError(
+            f"{key} has {len(posture)} angles; there are {len(group)} joints: {', '.join(group.names)}."
+        )
     for name, angle, low, high in zip(group.names, posture, group.lower, group.upper, strict=True):
         if not low <= angle <= high:
             raise DescriptionError(f"{key}: {name} = {angle:g} lies outside its limits [{low:.4f}, {high:.4f}] rad.")

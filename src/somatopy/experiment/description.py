@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 import tomllib
 from collections.abc import Iterable
+from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 
@@ -49,7 +50,9 @@ class BodyChoice(_Table):
 
     model: str = Field("nao", description="A known body, or the path of an anatomy file.")
     motion: Literal["dynamic", "kinematic"] = Field("dynamic", description="Physics, or joints that obey at once.")
-    head_speed: Positive | None = Field(None, description="Speed of the head's set-points, rad/s; the body's limit if none.")
+    head_speed: Positive | None = Field(
+        None, description="Speed of the head's set-points, rad/s; the body's limit if none."
+    )
 
 
 class Fiducial(_Table):
@@ -72,7 +75,7 @@ class MapSettings(_Table):
     """A Dynamic Self-Organising Map of [0, 1] units."""
 
     shape: tuple[int, int] = Field((30, 30), description="Rows and columns of the lattice.")
-    learning_rate: float = Field(0.1, ge=0, le=1, description="epsilon of equation 1.")
+    learning_rate: float = Field(0.1, gt=0, le=1, description="epsilon of equation 1.")
     elasticity: Elasticity = Field(0.1, description="eta of equation 2.")
 
     @field_validator("shape")
@@ -89,7 +92,7 @@ class Hebbian(_Table):
     kind: Literal["hebbian"] = "hebbian"
     arm_map: MapSettings = MapSettings()
     head_map: MapSettings = MapSettings()
-    link_rate: float = Field(0.01, ge=0, allow_inf_nan=False, description="eta of equation 3.")
+    link_rate: Positive = Field(0.01, description="eta of equation 3.")
 
 
 class RandomControl(_Table):
@@ -131,6 +134,13 @@ class Phase(_Table):
     damage: Damage = NoDamage()
     trend_breaks: tuple[int, ...] = Field((), description="Windows at which a new trend line starts.")
 
+    @field_validator("trend_breaks")
+    @classmethod
+    def _increasing(cls, breaks: tuple[int, ...]) -> tuple[int, ...]:
+        if any(after <= before for before, after in pairwise((0, *breaks))):
+            raise ValueError(f"windows must be positive and increasing, such as [7], not {list(breaks)}")
+        return breaks
+
 
 class Description(_Table):
     """An experiment: seed, robot, eye, babbling, learner and phases."""
@@ -141,12 +151,14 @@ class Description(_Table):
     eye: Eye = Fiducial()
     babbling: Babbling = Babbling()
     learner: LearnerChoice = Hebbian()
-    phases: tuple[Phase, ...] = Field((Phase(),), min_length=1)
+    phases: tuple[Phase, ...] = (Phase(),)
 
     @field_validator("phases")
     @classmethod
     def _named_apart(cls, phases: tuple[Phase, ...]) -> tuple[Phase, ...]:
         names = [phase.name for phase in phases]
+        if not names:
+            raise ValueError("an experiment needs at least one phase")
         if len(set(names)) < len(names):
             raise ValueError(f"phases need names of their own, not {names}")
         return phases
@@ -156,9 +168,13 @@ class Description(_Table):
         """Frames of all phases together."""
         return sum(phase.frames for phase in self.phases)
 
-    def replaced(self, **tables: Any) -> Self:
-        """A copy with some top-level keys replaced, validated again."""
-        return type(self).model_validate(self.model_dump() | tables)
+    def replaced(self, **tables: Any) -> Description:
+        """A copy with some top-level keys replaced, validated again.
+
+        Raises:
+            DescriptionError: unknown keys (the valid ones are listed), wrong types or values.
+        """
+        return validated(self.model_dump() | tables, "The changed description")
 
 
 def frames_of(minutes: float) -> int:
@@ -185,7 +201,7 @@ def validated(table: dict[str, Any], source: str) -> Description:
     try:
         return Description.model_validate(table)
     except ValidationError as error:
-        raise DescriptionError(f"{source}: {'; '.join(_explain(error))}.") from error
+        raise DescriptionError(f"{source}: {explain(error)}.") from error
 
 
 def load_description(path: str | Path) -> Description:
@@ -205,30 +221,55 @@ def load_description(path: str | Path) -> Description:
     return validated(table, str(path))
 
 
+_PLAIN = {"missing": "a value is missing", "tuple_type": "must be a list", "model_type": "must be a table of keys"}
+
+
+def explain(error: ValidationError) -> str:
+    """All that is wrong, each with its key as a description file writes it, its value and the valid choices."""
+    return "; ".join(_explain(error))
+
+
 def _explain(error: ValidationError) -> Iterable[str]:
     for item in error.errors():
-        where = ".".join(str(part) for part in item["loc"])
-        if item["type"] == "extra_forbidden":
-            yield f"unknown key {where!r}; valid keys there: {', '.join(_valid_keys(item['loc'][:-1]))}"
-        else:
-            yield f"{where} = {item['input']!r}: {item['msg']}"
+        keys, tables = _walk(item["loc"])
+        where = ".".join(keys)
+        match item["type"]:
+            case "extra_forbidden":
+                key = ".".join([*keys, str(item["loc"][-1])])
+                yield f"unknown key {key!r}; valid keys there: {', '.join(tables[0].model_fields)}"
+            case "union_tag_invalid":
+                yield f"{where}.kind = {item['ctx']['tag']!r} is unknown; choose one of {', '.join(map(_kind, tables))}"
+            case "union_tag_not_found":
+                yield f"{where} lacks its kind; choose one of {', '.join(map(_kind, tables))}"
+            case "value_error":
+                yield f"{where}: {item['ctx']['error']}"
+            case _ if item["loc"][-1:] != ("str",):  # of a union with text, the other member says what is wrong
+                yield f"{where} = {item['input']!r}: {_PLAIN.get(item['type'], item['msg'])}"
 
 
-def _valid_keys(location: tuple[int | str, ...]) -> list[str]:
-    """The keys of the table at a location of a validation error, in which a union's member stands by its kind."""
-    table: Any = Description
+def _walk(location: tuple[int | str, ...]) -> tuple[list[str], list[type[BaseModel]]]:
+    """Follow the location of a validation error: its keys as a file writes them, and the tables that may stand there.
+
+    A location names the members of unions too, tables by their kind; no file does.
+    """
+    keys: list[str] = []
+    tables: list[type[BaseModel]] = [Description]
     for part in location:
         if isinstance(part, int):
-            continue
-        members = _members(table.model_fields[part].annotation) if part in table.model_fields else _CHOICES[str(part)]
-        table = members[0]
-    return list(table.model_fields)
+            keys.append(str(part))
+        elif len(tables) > 1:
+            tables = [table for table in tables if _kind(table) == part]
+        elif tables and part in tables[0].model_fields:
+            keys.append(part)
+            tables = _members(tables[0].model_fields[part].annotation)
+    return keys, tables
 
 
-def _members(annotation: Any) -> list[Any]:
+def _kind(table: type[BaseModel]) -> str:
+    return str(table.model_fields["kind"].default)
+
+
+def _members(annotation: Any) -> list[type[BaseModel]]:
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return [annotation]
     return [m for a in getattr(annotation, "__args__", ()) for m in _members(a)]
-
-
-_CHOICES = {m.model_fields["kind"].default: [m] for m in (Fiducial, Hebbian, RandomControl, FixedControl, NoDamage, OffsetDamage)}

@@ -41,8 +41,12 @@ def prepare_folder(out: str | Path | None, description: Description) -> Path:
         if any(folder.iterdir()):
             raise DescriptionError(f"The output folder {folder} is not empty. Name another with --out, or empty it.")
         (folder / "frames").mkdir()
+    except FileExistsError as error:
+        raise DescriptionError(f"The output folder {folder} is a file. Name another with --out.") from error
     except OSError as error:
-        raise DescriptionError(f"Cannot write to the output folder {folder}: {error.strerror}.") from error
+        raise DescriptionError(
+            f"Cannot write to the output folder {folder}: {error.strerror}. Name another with --out."
+        ) from error
     return folder
 
 

@@ -45,21 +45,21 @@ class RandomGaze(_Unlearning):
     def __init__(self, head_limits: ArrayLike, rng: np.random.Generator) -> None:
         self._limits = np.array(head_limits, float)
         self._rng = rng
-        self._target = self._limits.mean(axis=1)
+        self._target: Floats = self._limits.mean(axis=1)
         self._since = -np.inf
 
     def gaze(self, percept: Percept) -> Floats:
         """The target under way, or a new one."""
         held = percept.time - self._since
         arrived = held > 0 and np.abs(percept.head - percept.head_command).max() < self.REACHED
-        if arrived or held >= self.HOLD:
+        if arrived or held >= self.HOLD - 1e-9:
             self._target = self._rng.uniform(self._limits[:, 0], self._limits[:, 1])
             self._since = percept.time
         return self._target.copy()
 
     def predict(self, arm: ArrayLike) -> Floats:
         """The middle of the head's range, whatever the arm does."""
-        return self._limits.mean(axis=1)
+        return np.asarray(self._limits.mean(axis=1))
 
     def state(self) -> dict[str, Any]:
         """Target, its start and the generator."""

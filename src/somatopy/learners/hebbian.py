@@ -57,7 +57,8 @@ class HebbianLearner:
         plastic: any of "arm_map", "head_map", "links".
 
     Example:
-        >>> learner = HebbianLearner([[-2, 2], [-0.3, 1.3]], [[-2, 2], [-0.6, 0.5]], (320, 240), np.random.default_rng(0))
+        >>> arm_limits, head_limits = [[-2, 2], [-0.3, 1.3]], [[-2, 2], [-0.6, 0.5]]
+        >>> learner = HebbianLearner(arm_limits, head_limits, (320, 240), np.random.default_rng(0))
         >>> arm, head = np.array([0.5, 0.5]), np.array([0.3, 0.1])
         >>> percept = Percept(0.0, arm, head, arm, head, Sighting(pixel=(159.5, 119.5), tag=0, area=900.0))
         >>> learner.observe(percept)

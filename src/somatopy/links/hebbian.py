@@ -40,7 +40,7 @@ def _strongest(row: Floats, u: float) -> int:
     ties = 0
     for j in range(U(row.size)):
         ties += int(row[j] == greatest)
-    to_skip = min(int(u * ties), ties - 1)  # u * ties may round up to ties
+    to_skip = int(u * ties)  # under ties: no double below 1 rounds up that far
     node = U(0)
     while to_skip > 0 or row[node] != greatest:
         to_skip -= int(row[node] == greatest)

@@ -1,0 +1,168 @@
+"""The table of links, its read-out and its ties."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import ArrayLike, NDArray
+
+from somatopy.links import HebbianLinks, PositiveHebb, activation
+
+GOLDEN = np.load(Path(__file__).parents[1] / "data" / "hebbian_schillaci2016.npz")
+
+
+def linked(row: ArrayLike) -> HebbianLinks:
+    """Links of one node with the given row."""
+    table = np.atleast_2d(np.asarray(row, dtype=float))
+    links = HebbianLinks(*table.shape, PositiveHebb())
+    links.restore({"links": table})
+    return links
+
+
+def test_agrees_with_the_first_authors_program() -> None:
+    """300 recorded updates end at the recorded table, to that program's single precision."""
+    links = HebbianLinks(64, 64, PositiveHebb(float(GOLDEN["learning_rate"])))
+    names = ("pre_winners", "post_winners", "pre_distances", "post_distances", "factors")
+    for i, j, d_i, d_j, factor in zip(*(GOLDEN[name].tolist() for name in names), strict=True):
+        links.update(i, j, activation(d_i, slope=2.0) * activation(d_j, slope=2.0), factor)
+    np.testing.assert_allclose(links.state()["links"], GOLDEN["links"], rtol=0, atol=1e-6)
+
+
+def test_links_start_at_zero() -> None:
+    """Nothing is linked before anything is learned."""
+    assert not HebbianLinks(3, 5, PositiveHebb()).state()["links"].any()
+
+
+def test_an_update_changes_one_link() -> None:
+    """Only the link between the two winners grows."""
+    links = HebbianLinks(3, 5, PositiveHebb(0.5))
+    links.update(1, 4, activation=0.5, target=1.0)
+    expected = np.zeros((3, 5))
+    expected[1, 4] = 0.25
+    np.testing.assert_array_equal(links.state()["links"], expected)
+
+
+@given(st.lists(st.integers(-2, 2), min_size=1, max_size=300), st.floats(0, 1, exclude_max=True))
+def test_strongest_is_a_greatest_link(row: list[int], u: float) -> None:
+    """Whatever u, the chosen link is the greatest of its row: the tie's member number floor(u * ties)."""
+    ties = np.flatnonzero(np.array(row) == max(row))
+    assert linked(row).strongest(0, u) == ties[int(u * len(ties))]
+
+
+@pytest.mark.parametrize("size", [1, 7, 900])
+def test_ties_are_broken_uniformly(size: int) -> None:
+    """A sweep of u over [0, 1) hits every greatest link equally often: here 4 times, with all nodes tied."""
+    links = HebbianLinks(1, size, PositiveHebb())
+    chosen = [links.strongest(0, (k + 0.5) / (4 * size)) for k in range(4 * size)]
+    np.testing.assert_array_equal(np.bincount(chosen, minlength=size), 4)
+
+
+def test_ties_far_apart_share_equally() -> None:
+    """Ties are found wherever they lie in the row, and only they are chosen."""
+    row = np.random.default_rng(0).random(900)
+    row[[0, 437, 899]] = 2.0
+    links = linked(row)
+    chosen = [links.strongest(0, (k + 0.5) / 300) for k in range(300)]
+    assert {j: chosen.count(j) for j in set(chosen)} == {0: 100, 437: 100, 899: 100}
+
+
+@pytest.mark.parametrize("size", [1, 2, 511, 512, 513, 900])
+def test_the_largest_u_stays_in_the_row(size: int) -> None:
+    """The largest double under 1 chooses the last of the ties, never a node behind them."""
+    assert HebbianLinks(1, size, PositiveHebb()).strongest(0, float(np.nextafter(1, 0))) == size - 1
+
+
+def test_choosing_changes_nothing() -> None:
+    """strongest is pure: the same row and u give the same node."""
+    links = linked([[1.0, 1.0, 0.0]])
+    before = links.state()["links"]
+    assert links.strongest(0, 0.9) == links.strongest(0, 0.9) == 1
+    np.testing.assert_array_equal(links.state()["links"], before)
+
+
+def test_row_cannot_be_written() -> None:
+    """A caller sees the links of a node, and later changes, but cannot make any."""
+    links = HebbianLinks(2, 3, PositiveHebb(1.0))
+    row = links.row(1)
+    links.update(1, 0, 1.0, 1.0)
+    np.testing.assert_array_equal(row, [1.0, 0.0, 0.0])
+    with pytest.raises(ValueError, match="read-only"):
+        row[0] = 5.0
+
+
+class Counting(PositiveHebb):
+    """A rule with a memory of its own."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.updates = 0
+
+    def update(self, row: NDArray[np.float64], j: int, activation: float, target: float) -> None:
+        super().update(row, j, activation, target)
+        self.updates += 1
+
+    def state(self) -> dict[str, NDArray[Any]]:
+        return {"updates": np.array(self.updates)}
+
+    def restore(self, state: Mapping[str, ArrayLike]) -> None:
+        self.updates = int(np.asarray(state["updates"]))
+
+
+def test_restored_links_learn_on() -> None:
+    """Table and the rule's memory come back, as copies, and learning goes on alike."""
+    original, restored = HebbianLinks(2, 2, Counting()), HebbianLinks(2, 2, Counting())
+    original.update(0, 1, 0.5, 0.5)
+    state = original.state()
+    restored.restore(state)
+    state["links"][:] = 9.0
+    for links in (original, restored):
+        links.update(1, 1, 0.5, 0.5)
+    np.testing.assert_array_equal(original.state()["links"], restored.state()["links"])
+    assert restored.state()["rule_updates"] == 2
+
+
+@pytest.mark.parametrize("index", [-1, 3])
+def test_bad_indices_are_named(index: int) -> None:
+    """Which map's node, its value and the valid range: and nothing has changed."""
+    links = HebbianLinks(3, 3, PositiveHebb())
+    for act in (
+        lambda: links.update(index, 0, 1.0, 1.0),
+        lambda: links.strongest(index, 0.5),
+        lambda: links.row(index),
+    ):
+        with pytest.raises(ValueError, match=f"i must be a node of the first map, 0 to 2; got {index}"):
+            act()
+    with pytest.raises(ValueError, match=f"j must be a node of the second map, 0 to 2; got {index}"):
+        links.update(0, index, 1.0, 1.0)
+    assert not links.state()["links"].any()
+
+
+@pytest.mark.parametrize("u", [-0.1, 1.0, float("nan")])
+def test_bad_random_numbers_are_named(u: float) -> None:
+    """u must come from [0, 1)."""
+    with pytest.raises(ValueError, match=r"u must be a number in \[0, 1\); got"):
+        HebbianLinks(1, 2, PositiveHebb()).strongest(0, u)
+
+
+@pytest.mark.parametrize("count", [0, -3, 2.5, "4"])
+def test_bad_sizes_are_named(count: Any) -> None:
+    """Sizes are whole numbers from 1 up."""
+    with pytest.raises(ValueError, match="n_pre must be a whole number of nodes, at least 1; got"):
+        HebbianLinks(count, 3, PositiveHebb())
+    with pytest.raises(ValueError, match="n_post must be"):
+        HebbianLinks(3, count, PositiveHebb())
+
+
+@pytest.mark.parametrize("state", [{}, {"links": np.zeros((2, 3))}, {"links": np.full((2, 2), np.nan)}])
+def test_bad_states_are_refused(state: dict[str, Any]) -> None:
+    """A state that does not fit leaves the links as they were."""
+    links = linked(np.eye(2))
+    with pytest.raises(ValueError, match="links"):
+        links.restore(state)
+    np.testing.assert_array_equal(links.state()["links"], np.eye(2))
