@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from somatopy.maps import DSOM
 from somatopy.maps.kernels import LANES
 from somatopy.maps.lattice import Sheet, check_shape
 
@@ -40,3 +41,15 @@ def test_codebook_and_padded_samples_are_copies() -> None:
     sheet.padded(samples)[:] = 9.0
     assert not sheet.codebook.any()
     assert (samples == 1.0).all()
+
+
+@pytest.mark.parametrize("shape", [(3, 20), (4, 5), (7,), (6, 1)])
+def test_the_code_of_a_unit_is_its_row_of_the_codebook_and_a_copy(shape: tuple[int, ...]) -> None:
+    """Reading one code and reading all agree, and writing to what was read changes nothing."""
+    dsom = DSOM(shape=shape, random_state=0).initialise(3)
+    codebook = dsom.codebook_
+    for unit in range(len(codebook)):
+        code = dsom.code(unit)
+        assert (code == codebook[unit]).all()
+        code[:] = 9.0
+    assert (dsom.codebook_ == codebook).all()

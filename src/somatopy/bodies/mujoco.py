@@ -94,6 +94,7 @@ class MujocoBody:
         self.camera = Camera(name, *size, fovy=float(np.deg2rad(self.model.camera(name).fovy[0])))
         self.render_s = 0.0
         self._renderers: dict[tuple[str, int, int], Renderer] = {}
+        self._imagined: mujoco.MjData | None = None
         self._frame = 0
         self.reset()
 
@@ -172,10 +173,32 @@ class MujocoBody:
             cameras = [self.model.camera(k).name for k in range(self.model.ncam)]
             if key[0] not in cameras:
                 raise BodyError(f"The camera {key[0]!r} does not exist. Available: {', '.join(cameras)}.")
-            visual = self.model.vis.global_
-            visual.offwidth, visual.offheight = max(visual.offwidth, key[1]), max(visual.offheight, key[2])
+            self.model.vis.global_.offwidth, self.model.vis.global_.offheight = key[1:]
             self._renderers[key] = Renderer(self.model, *key)
         return self._renderers[key].render(self.data)
+
+    def view(self, arm: ArrayLike, head: ArrayLike) -> View:
+        """True poses at any posture, without moving the robot; nothing is clipped.
+
+        Args:
+            arm: arm posture, shape (n_arm,), rad.
+            head: head posture, shape (n_head,), rad.
+        """
+        if self._imagined is None:
+            self._imagined = mujoco.MjData(self.model)
+            self._imagined.qpos[:] = self.data.qpos
+        self._imagined.qpos[self._qpos[: self._n_arm]] = arm
+        self._imagined.qpos[self._qpos[self._n_arm :]] = head
+        for refresh in (mujoco.mj_kinematics, mujoco.mj_comPos, mujoco.mj_camlight):
+            refresh(self.model, self._imagined)
+        return self._view(self._imagined)
+
+    def allows(self, head: ArrayLike) -> bool:
+        """Whether a head posture, shape (n_head,), rad, is inside all limits, the coupled ones included."""
+        wanted = np.concatenate([self.arm.lower, np.asarray(head, float)])
+        clipped = wanted.copy()
+        clip_targets(clipped, self._lower, self._upper, *self._coupling)
+        return bool((clipped == wanted).all())
 
     # -- moving and sensing ------------------------------------------------------------------------------------------
 
@@ -202,11 +225,11 @@ class MujocoBody:
             dt=dt,
             overlap=self.data.ncon > 0 and bool((self._side[self.data.contact.geom].sum(axis=1) == 3).any()),
             image=self._photographer(),
-            view=self._view(),
+            view=self._view(self.data),
         )
 
-    def _view(self) -> View:
-        data, occluders = self.data, np.empty((len(self._occluding), 12))
+    def _view(self, data: mujoco.MjData) -> View:
+        occluders = np.empty((len(self._occluding), 12))
         occluders[:, :3], occluders[:, 3:] = data.geom_xpos[self._occluding], data.geom_xmat[self._occluding]
         if self._offsets.any():
             occluders[:, :3] += np.einsum("nij,nj->ni", occluders[:, 3:].reshape(-1, 3, 3), self._offsets)
@@ -351,7 +374,8 @@ class MujocoBody:
     def _index_occluders(self) -> None:
         """All that can hide the marker; what is no primitive shape (a mesh) counts as the ellipsoid of its box."""
         model = self.model
-        shown = (model.geom_rgba[:, 3] > 0) & (model.geom_group < 3) & np.isin(model.geom_type, [*_PRIMITIVES, _MESH])
+        opacity = np.where(model.geom_matid >= 0, model.mat_rgba[model.geom_matid, 3], model.geom_rgba[:, 3])
+        shown = (opacity > 0) & (model.geom_group < 3) & np.isin(model.geom_type, [*_PRIMITIVES, _MESH])
         shown[model.geom(SITE).id] = False
         self._occluding = np.flatnonzero(shown)
         kinds, sizes = model.geom_type[self._occluding].astype(np.int64), model.geom_size[self._occluding].copy()

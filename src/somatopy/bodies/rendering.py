@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import atexit
 import importlib
 import os
+import subprocess
 import sys
 from functools import cache
 from typing import Any
+from weakref import WeakSet
 
 import mujoco
 import numpy as np
@@ -16,18 +19,23 @@ from somatopy.percept import Image
 __all__ = ["NoGL", "Renderer", "gl_backend"]
 
 _BACKENDS = ("egl", "osmesa")
+_open: WeakSet[Renderer] = WeakSet()
 
 
 class NoGL(RuntimeError):
     """No OpenGL library on this machine can draw without a screen."""
 
 
-def _forget_opengl() -> None:
-    """PyOpenGL binds itself to one platform when imported; a second try needs a fresh import."""
-    os.environ.pop("PYOPENGL_PLATFORM", None)
-    for name in list(sys.modules):
-        if name.partition(".")[0] == "OpenGL" or name.startswith(("mujoco.egl", "mujoco.osmesa")):
-            del sys.modules[name]
+def _failure(backend: str) -> str:
+    """Why another process cannot make a context, or nothing if it can.
+
+    Not tried in this process: MuJoCo draws with the first OpenGL library that it finds loaded, so one that was loaded
+    and does not work would spoil the next.
+    """
+    program = f"from mujoco.{backend} import GLContext; context = GLContext(16, 16); context.make_current()"
+    environment = os.environ | {"MUJOCO_GL": "disable"}
+    done = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=False)
+    return "" if done.returncode == 0 else (done.stderr.strip().splitlines() or [f"exit code {done.returncode}"])[-1]
 
 
 @cache
@@ -36,16 +44,11 @@ def _context_class() -> tuple[str, Any]:
     wanted = os.environ.get("MUJOCO_GL", "").strip().lower()
     reasons = []
     for name in (wanted,) if wanted in _BACKENDS else _BACKENDS:
-        try:
-            context_class = importlib.import_module(f"mujoco.{name}").GLContext
-            context = context_class(16, 16)
-            context.make_current()
-            context.free()
-        except (ImportError, AttributeError, OSError, RuntimeError, ValueError) as error:
-            reasons.append(f"{name}: {str(error).strip() or type(error).__name__}")
-            _forget_opengl()
-        else:
-            return name, context_class
+        reason = _failure(name)
+        if not reason:
+            atexit.register(_close_all)
+            return name, importlib.import_module(f"mujoco.{name}").GLContext
+        reasons.append(f"{name}: {reason}")
     raise NoGL(
         "Cannot draw the robot's camera: no offscreen OpenGL works here "
         f"({'; '.join(reasons)}). Install one, on Debian or Ubuntu: apt-get install libegl1 libgl1-mesa-dri libosmesa6."
@@ -59,6 +62,12 @@ def gl_backend() -> str:
         NoGL: neither works; the message says what to install.
     """
     return _context_class()[0]
+
+
+def _close_all() -> None:
+    """PyOpenGL cannot free contexts any more when Python has begun to take itself apart."""
+    for renderer in list(_open):
+        renderer.close()
 
 
 class Renderer:
@@ -86,6 +95,7 @@ class Renderer:
         self._camera.fixedcamid = model.camera(camera).id
         self._rectangle = mujoco.MjrRect(0, 0, width, height)
         self._buffer = np.empty((height, width, 3), np.uint8)
+        _open.add(self)
 
     def render(self, data: mujoco.MjData) -> Image:
         """The picture of `data`'s kinematic state, shape (height, width, 3), RGB."""

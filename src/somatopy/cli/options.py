@@ -34,7 +34,7 @@ _Switch = Annotated[bool, tyro.conf.FlagCreatePairsOff]
 class Flags:
     """Short flags; what is None leaves the description as it is."""
 
-    eye: Annotated[Literal["fiducial"] | None, tyro.conf.arg(help="What finds the marker.")] = None
+    eye: Annotated[Literal["fiducial", "geometric"] | None, tyro.conf.arg(help="What finds the marker.")] = None
     motion: Annotated[Literal["dynamic", "kinematic"] | None, tyro.conf.arg(help="Physics or none.")] = None
     learner: Annotated[Literal["hebbian", "random", "fixed"] | None, tyro.conf.arg(help="What moves the head.")] = None
     minutes: Annotated[float | None, tyro.conf.arg(help="Robot time of the first phase.")] = None

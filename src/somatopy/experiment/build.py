@@ -13,12 +13,13 @@ from somatopy.experiment.description import (
     Description,
     DescriptionError,
     FixedControl,
+    Geometric,
     MapSettings,
     OffsetDamage,
     Phase,
     RandomControl,
 )
-from somatopy.eyes import Eye, FiducialEye
+from somatopy.eyes import Eye, FiducialEye, GeometricEye
 from somatopy.learners import FixedGaze, HebbianLearner, Learner, RandomGaze
 from somatopy.links import PositiveHebb
 from somatopy.maps import DSOM
@@ -40,8 +41,10 @@ def build_body(description: Description) -> MujocoBody:
     )
 
 
-def build_eye(description: Description, body: Body) -> Eye:
+def build_eye(description: Description, body: MujocoBody) -> Eye:
     """The eye behind the body's camera."""
+    if isinstance(description.eye, Geometric):
+        return GeometricEye(body.camera, body.marker, body.occluders)
     return FiducialEye(body.camera, body.marker)
 
 

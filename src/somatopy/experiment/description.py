@@ -19,6 +19,7 @@ __all__ = [
     "DescriptionError",
     "Fiducial",
     "FixedControl",
+    "Geometric",
     "Hebbian",
     "MapSettings",
     "NoDamage",
@@ -59,6 +60,12 @@ class Fiducial(_Table):
     """The rendered camera and OpenCV's marker detector."""
 
     kind: Literal["fiducial"] = "fiducial"
+
+
+class Geometric(_Table):
+    """A model of that eye, computed from the true poses without a picture."""
+
+    kind: Literal["geometric"] = "geometric"
 
 
 class Babbling(_Table):
@@ -121,7 +128,7 @@ class OffsetDamage(_Table):
     offset: tuple[Finite, ...] = Field((0.1265, 1.1411, 1.2295, -0.2242), description="One a joint, rad.")
 
 
-Eye = Annotated[Fiducial, Field()]
+EyeChoice = Annotated[Fiducial | Geometric, Field(discriminator="kind")]
 LearnerChoice = Annotated[Hebbian | RandomControl | FixedControl, Field(discriminator="kind")]
 Damage = Annotated[NoDamage | OffsetDamage, Field(discriminator="kind")]
 
@@ -148,7 +155,7 @@ class Description(_Table):
     name: str = Field("experiment", pattern=r"^[A-Za-z0-9._-]+$", description="Goes into the run folder's name.")
     seed: int = Field(0, ge=0, description="One seed; every part draws from its own named stream.")
     body: BodyChoice = BodyChoice()
-    eye: Eye = Fiducial()
+    eye: EyeChoice = Fiducial()
     babbling: Babbling = Babbling()
     learner: LearnerChoice = Hebbian()
     phases: tuple[Phase, ...] = (Phase(),)

@@ -1,6 +1,7 @@
-"""Eyes: the Eye contract and the detector of fiducial markers."""
+"""Eyes: the Eye contract, the detector of fiducial markers, and a geometric model of it."""
 
 from somatopy.eyes.base import Eye
 from somatopy.eyes.fiducial import FiducialEye
+from somatopy.eyes.geometric import GeometricEye
 
-__all__ = ["Eye", "FiducialEye"]
+__all__ = ["Eye", "FiducialEye", "GeometricEye"]

@@ -72,9 +72,14 @@ class FiducialEye:
         return {self._ids[int(k)]: np.asarray(c[0], float) for k, c in found}
 
     def _centre(self, corners: Floats) -> tuple[float, float]:
-        """Pixel of the cube's centre, which lies behind the tag."""
-        _, turn, shift = cv2.solvePnP(self._tag, corners, self._intrinsics, None, flags=cv2.SOLVEPNP_IPPE_SQUARE)
-        centre = shift.ravel() - self._depth * cv2.Rodrigues(turn)[0][:, 2]
+        """Pixel of the cube's centre, which lies behind the tag.
+
+        The tag's axes are taken as x right, y down, z into the cube, from whichever corner is the upper left one in the
+        image: OpenCV's solver fails on rotations by exactly 180 degrees, and the centre is the same for all four.
+        """
+        around = np.roll(corners, -int(corners.sum(axis=1).argmin()), axis=0)[::-1]
+        _, turn, shift = cv2.solvePnP(self._tag, around, self._intrinsics, None, flags=cv2.SOLVEPNP_IPPE_SQUARE)
+        centre = shift.ravel() + self._depth * cv2.Rodrigues(turn)[0][:, 2]
         u, v, w = self._intrinsics @ centre
         return float(u / w), float(v / w)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from somatopy._jit import jit
 from somatopy.percept import Camera, Floats, Ints, Marker, Reading, Shapes, Sighting, View
@@ -134,6 +135,27 @@ def _gather(camera: Floats, marker: Floats, cube: Floats, poses: Floats, sizes: 
 
 
 @jit
+def _project(camera: Floats, lens: Floats, x: float, y: float, z: float) -> Vector:
+    """Pixel (u, v) and depth (m) of a point of the world; the pixel is NaN behind the camera."""
+    dx, dy, dz = x - camera[0], y - camera[1], z - camera[2]
+    right = camera[3] * dx + camera[6] * dy + camera[9] * dz
+    up = camera[4] * dx + camera[7] * dy + camera[10] * dz
+    depth = -(camera[5] * dx + camera[8] * dy + camera[11] * dz)
+    if depth <= 1e-6:
+        return math.nan, math.nan, depth
+    return 0.5 * (lens[1] - 1.0) + lens[0] * right / depth, 0.5 * (lens[2] - 1.0) - lens[0] * up / depth, depth
+
+
+@jit
+def _in_frame(u: float, v: float, depth: float, lens: Floats, cube: Floats) -> bool:
+    """Whether any part of a cube whose centre is at pixel (u, v) can be inside the image."""
+    if not depth > cube[0]:
+        return False
+    margin = 1.75 * cube[0] * lens[0] / (depth - cube[0])
+    return -margin < u < lens[1] + margin and -margin < v < lens[2] + margin
+
+
+@jit
 def see(
     camera: Floats,
     lens: Floats,
@@ -158,16 +180,8 @@ def see(
         near: scratch, shape (n + 1,).
         work: scratch, shape (17, 3); work[15] returns the pixel (u, v) of the cube's centre and the tag's area, px^2.
     """
-    x = y = z = 0.0
-    for k in range(3):
-        x += camera[3 + 3 * k] * (marker[k] - camera[k])
-        y += camera[4 + 3 * k] * (marker[k] - camera[k])
-        z -= camera[5 + 3 * k] * (marker[k] - camera[k])
-    if z <= cube[0]:
-        return -1
-    u, v = 0.5 * (lens[1] - 1.0) + lens[0] * x / z, 0.5 * (lens[2] - 1.0) - lens[0] * y / z
-    margin = 1.75 * cube[0] * lens[0] / (z - cube[0])
-    if not (-margin < u < lens[1] + margin and -margin < v < lens[2] + margin):
+    u, v, depth = _project(camera, lens, marker[0], marker[1], marker[2])
+    if not _in_frame(u, v, depth, lens, cube):
         return -1
     area0 = _face_area(0, camera, lens, marker, cube, work)
     area1 = _face_area(1, camera, lens, marker, cube, work)
@@ -231,15 +245,7 @@ _GRID = ((1.0, -1.0), (1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, 0.0), (0.0, 1
 def _tag_area(camera: Floats, lens: Floats, work: Floats) -> float:
     """Area of the tag whose corners stand in work[2:6] as the image shows it, or 0 if it is cut off or too small."""
     for corner in range(4):
-        x = y = z = 0.0
-        for k in range(3):
-            ray = work[2 + corner, k] - camera[k]
-            x += camera[3 + 3 * k] * ray
-            y += camera[4 + 3 * k] * ray
-            z -= camera[5 + 3 * k] * ray
-        if z <= 1e-6:
-            return 0.0
-        u, v = 0.5 * (lens[1] - 1.0) + lens[0] * x / z, 0.5 * (lens[2] - 1.0) - lens[0] * y / z
+        u, v, _ = _project(camera, lens, work[2 + corner, 0], work[2 + corner, 1], work[2 + corner, 2])
         if not (lens[5] <= u <= lens[1] - 1.0 - lens[5] and lens[5] <= v <= lens[2] - 1.0 - lens[5]):
             return 0.0
         work[11 + corner, 0], work[11 + corner, 1] = u, v
@@ -250,6 +256,51 @@ def _tag_area(camera: Floats, lens: Floats, work: Floats) -> float:
         area += 0.5 * (u0 * v1 - u1 * v0)
         least = min(least, (u1 - u0) ** 2 + (v1 - v0) ** 2)
     return abs(area) if least >= lens[3] * lens[3] else 0.0
+
+
+@jit
+def see_from_each(
+    cameras: Floats,
+    moved: Floats,
+    rows: Ints,
+    first: int,
+    lens: Floats,
+    marker: Floats,
+    cube: Floats,
+    poses: Floats,
+    kinds: Ints,
+    sizes: Floats,
+    near: Ints,
+    work: Floats,
+    seen: NDArray[np.bool_],
+) -> int:
+    """Which of many head postures read the marker, in `seen`; with `first` >= 0 only whether any does.
+
+    Args:
+        cameras: pose of the camera at each head posture, shape (m, 12).
+        moved: poses there of the occluders that move with the head, shape (m, len(rows), 12).
+        rows: which occluders those are.
+        first: head posture to try first, after which the search ends with the first success; -1 to try all.
+        seen: shape (m,), overwritten unless the search ends early.
+
+    The others are as in `see`; `poses` is overwritten in `rows`. Returns the last head posture that sees, or -1.
+    """
+    found = -1
+    for trial in range(-1 if first >= 0 else 0, len(cameras)):
+        h = first if trial < 0 else trial
+        camera = cameras[h]
+        u, v, depth = _project(camera, lens, marker[0], marker[1], marker[2])
+        visible = False
+        if _in_frame(u, v, depth, lens, cube):
+            for r in range(rows.size):
+                poses[rows[r]] = moved[h, r]
+            visible = see(camera, lens, marker, cube, poses, kinds, sizes, near, work) >= 0
+        seen[h] = visible
+        if visible:
+            found = h
+            if first >= 0:
+                return found
+    return found
 
 
 class GeometricEye:
@@ -296,3 +347,23 @@ class GeometricEye:
             return None
         u, v, area = self._work[15].tolist()
         return Sighting(pixel=(u, v), tag=self._ids[face], area=area)
+
+    def look_from_each(self, cameras: Floats, moved: Floats, rows: Ints, view: View, first: int = -1) -> NDArray[np.bool_]:
+        """Which of many head postures would see the marker where it is in `view`.
+
+        Args:
+            cameras: the camera's pose at each head posture, shape (m, 12).
+            moved: poses there of the occluders that move with the head, shape (m, len(rows), 12).
+            rows: which occluders those are, shape (k,).
+            view: marker and occluders for the arm's posture.
+            first: head posture to try first, for those who ask only whether any sees; the rest then stays False.
+
+        Returns:
+            Shape (m,).
+        """
+        seen = np.zeros(len(cameras), np.bool_)
+        see_from_each(
+            cameras, moved, rows, first, self._lens, view.marker, self._cube, view.occluders.copy(),
+            self._kinds, self._sizes, self._near, self._work, seen,
+        )
+        return seen

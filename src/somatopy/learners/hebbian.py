@@ -118,7 +118,7 @@ class HebbianLearner:
 
     def _look(self, arm: ArrayLike, u: float) -> Floats:
         i, _ = self.arm_map.winner(self._arm_scale.to_unit(arm))
-        return self._head_scale.to_angle(self.head_map.codebook_[self.links.strongest(i, u)])
+        return self._head_scale.to_angle(self.head_map.code(self.links.strongest(i, u)))
 
     def probes(self) -> dict[str, float]:
         """Winners, and their distances to the inputs after the update, [0, 1] units (the paper's distortion)."""

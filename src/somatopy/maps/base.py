@@ -64,6 +64,11 @@ class Map(ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator, ABC)
     def codebook_(self) -> Floats:
         """The codes, shape (units, dims); a copy."""
 
+    def code(self, unit: int) -> Floats:
+        """The code of one unit, shape (dims,); a copy."""
+        code: Floats = self.codebook_[unit]
+        return code
+
     @abstractmethod
     def initialise(self, dims: int) -> Self:
         """Start anew: check the parameters, set the first codes, forget what was learned. Drawn codes are drawn here.

@@ -89,6 +89,11 @@ class DSOM(Map):
         check_is_fitted(self)
         return self._sheet.codebook
 
+    def code(self, unit: int) -> Floats:
+        """The code of one unit, shape (dims,), without copying all others; see `Map.code`."""
+        check_is_fitted(self)
+        return self._sheet.code(unit)
+
     def initialise(self, dims: int) -> Self:
         """Start anew for inputs of `dims` dimensions; see `Map.initialise`."""
         self._check_parameters()

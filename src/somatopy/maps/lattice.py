@@ -65,6 +65,11 @@ class Sheet:
         """A copy of the codes, shape (units, dims)."""
         return np.ascontiguousarray(self.codes[: self.dims, :, : self.columns].reshape(self.dims, -1).T)
 
+    def code(self, unit: int) -> Floats:
+        """A copy of one unit's code, shape (dims,)."""
+        row, column = divmod(unit, self.columns)
+        return self.codes[: self.dims, row, column].copy()
+
     def padded(self, samples: Floats) -> Floats:
         """A copy of the samples (n, dims) with the kernels' number of dimensions."""
         out = np.zeros((len(samples), len(self.codes)))

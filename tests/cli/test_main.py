@@ -1,0 +1,188 @@
+"""The command line as a whole: verbs, exit codes, and errors without tracebacks."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Callable
+from importlib.metadata import version
+from pathlib import Path
+
+import pytest
+
+from somatopy.bodies import BODIES, rendering
+from somatopy.cli import VERBS, main
+
+GEOMETRIC = ["--eye", "geometric", "--motion", "kinematic"]
+SHORT = ["--minutes", "0.01", "--damage-minutes", "0.01"]
+Refused = Callable[..., str]
+
+
+@pytest.fixture
+def empty(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty working folder."""
+    work = tmp_path / "work"
+    work.mkdir()
+    monkeypatch.chdir(work)
+    return work
+
+
+@pytest.fixture
+def refused(empty: Path, capsys: pytest.CaptureFixture[str]) -> Refused:
+    """Call the command, which must refuse: exit code 2, one message on standard error, nothing written or printed."""
+
+    def call(*args: str) -> str:
+        before = sorted(empty.rglob("*"))
+        assert main(args) == 2
+        out, err = capsys.readouterr()
+        assert out == "" and "Traceback" not in err
+        assert sorted(empty.rglob("*")) == before
+        assert err.startswith("somatopy: ") and err.endswith("\n")
+        return err.removeprefix("somatopy: ").strip()
+
+    return call
+
+
+def test_alone_it_explains_itself(capsys: pytest.CaptureFixture[str]) -> None:
+    """Without a verb: usage and wrong use; --help: the same and success. Every verb and an example are there."""
+    for args, code in (([], 2), (["--help"], 0), (["-h"], 0)):
+        assert main(args) == code
+        out = capsys.readouterr().out
+        assert out.startswith("usage: somatopy VERB") and "example: somatopy " in out
+        assert all(f"  {verb} " in out for verb in VERBS)
+
+
+def test_version(capsys: pytest.CaptureFixture[str]) -> None:
+    """The installed one."""
+    assert main(["--version"]) == 0
+    assert capsys.readouterr().out == version("somatopy") + "\n"
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_every_verb_has_help_with_an_example(verb: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """Exit code 0, on standard output; experiment commands list their dotted keys."""
+    assert main([verb, "--help"]) == 0
+    out, err = capsys.readouterr()
+    assert f"example: somatopy {verb}" in out and err == ""
+    assert "--json" in out
+    if verb != "list":
+        assert "--babbling.speed" in out and "--learner.arm-map.shape" in out and "--damage-minutes" in out
+
+
+@pytest.mark.parametrize(
+    ("args", "parts"),
+    [
+        (["dance"], ["'dance'", "reproduce, run, list"]),
+        (["run"], ["paper", "description file", "somatopy run paper"]),
+        (["run", "--seed", "1"], ["paper", "description file"]),
+        (["run", "papr"], ["'papr'", "(paper)", "description file"]),
+        (["run", "."], ["'.'", "(paper)"]),
+        (["run", "paper", "--sed", "1"], ["--sed", "--seed"]),
+        (["run", "paper", "--babbling.sped", "1"], ["--babbling.sped", "--babbling.speed"]),
+        (["run", "paper", "paper"], ["'paper' was not expected"]),
+        (["reproduce", "paper"], ["'paper' was not expected"]),
+        (["list", "--seed"], ["--seed", "--json, --debug"]),
+        (["run", "paper", "--minutes", "nan"], ["at least 0, not nan"]),
+        (["reproduce", "--minutes", "-1"], ["at least 0, not -1"]),
+        (["reproduce", "--damage-minutes", "inf"], ["at least 0, not inf"]),
+        (["run", "paper", "--damage", "rust"], ["'rust'", "none, paper or offset:a,b,c,d"]),
+        (["run", "paper", "--damage", "offset:1,2"], ["2 offsets", "4 joints: LShoulderPitch"]),
+        (["run", "paper", "--learner", "fixed", "--learner.head", "0", "9"], ["HeadPitch = 9", "limits ["]),
+        (["run", "paper", "--babbling.range", "wide"], ["babbling.range 'wide'", "mechanical, confined"]),
+        (
+            ["run", "paper", "--babbling.range", *["0", "9", "0", "1", "0", "1", "-1", "-.5"]],
+            ["[0, 9] of LShoulderPitch", "limits ["],
+        ),
+        (
+            ["run", "paper", "--babbling.range", *["1", "0", "0", "1", "0", "1", "-1", "-.5"]],
+            ["[1, 0] of LShoulderPitch", "low end"],
+        ),
+        (["run", "paper", "--body.model", "robby"], ["'robby'", "Known bodies: nao"]),
+    ],
+)
+def test_wrong_use_is_told_in_one_paragraph(refused: Refused, args: list[str], parts: list[str]) -> None:
+    """Exit code 2 and what is wrong, before anything is written."""
+    message = refused(*args, *(GEOMETRIC if args[0] == "run" and "paper" in args else []))
+    assert all(part in message for part in parts), message
+    assert "\n" not in message
+
+
+def test_wrong_description_files(refused: Refused, empty: Path) -> None:
+    """No TOML, unknown keys in it: file, place and valid keys."""
+    for text, parts in (
+        ("seed = = 1", ["mine.toml", "not valid TOML", "line 1"]),
+        ("sed = 1", ["mine.toml", "'sed'", "name, seed, body"]),
+        ("[learner]\nkind = 'hebbian'\n[learner.arm_map]\neta = 1", ["learner.arm_map.eta", "shape, learning_rate"]),
+        ("[[phases]]\nminutes = 1", ["phases.0.minutes", "name, frames, damage, trend_breaks"]),
+    ):
+        (empty / "mine.toml").write_text(text)
+        message = refused("run", "mine.toml")
+        assert all(part in message for part in parts), message
+
+
+def test_broken_robots(refused: Refused, empty: Path) -> None:
+    """A model that is missing, broken or lacks a joint; an anatomy with an unknown key: file, reason, what there is."""
+    anatomy = BODIES["nao"].read_text()
+    nao = (BODIES["nao"].parent / "nao.xml").read_text()
+    for model, table, parts in (
+        (None, anatomy, ["nao.xml", "does not exist"]),
+        ("<mujoco><worldbody>", anatomy, ["nao.xml", "MuJoCo cannot read"]),
+        (nao, anatomy.replace("LElbowYaw", "LElbowJaw"), ["'LElbowJaw'", "does not exist", "LElbowYaw"]),
+        (nao, anatomy.replace('"CameraBottom"', '"Camera"'), ["'Camera'", "CameraBottom"]),
+        (nao, "colour = 'red'\n" + anatomy, ["robot.toml", "colour", "Keys: name, model"]),
+    ):
+        (empty / "robot.toml").write_text(table)
+        (empty / "nao.xml").unlink(missing_ok=True)
+        if model is not None:
+            (empty / "nao.xml").write_text(model)
+        message = refused("run", "paper", "--body.model", "robot.toml", *GEOMETRIC)
+        assert all(part in message for part in parts), message
+
+
+def test_output_folders_that_cannot_be_used(refused: Refused, empty: Path) -> None:
+    """Not empty, a file, below a file; the way out is named, and what is there stays."""
+    (empty / "full").mkdir()
+    (empty / "full" / "keep.txt").write_text("mine")
+    (empty / "file").write_text("mine")
+    for out, reason in (("full", "not empty"), ("file", "is a file"), ("file/below", "Not a directory")):
+        message = refused("run", "paper", *GEOMETRIC, *SHORT, "--out", out)
+        assert out in message and reason in message and "--out" in message
+    assert (empty / "file").read_text() == (empty / "full" / "keep.txt").read_text() == "mine"
+
+
+def test_without_opengl_it_says_what_to_install(refused: Refused, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The rendered eye on a machine without OpenGL: packages by name, before the run."""
+    monkeypatch.setattr(rendering, "_BACKENDS", ())
+    monkeypatch.setattr(rendering, "_context_class", rendering._context_class.__wrapped__)
+    message = refused("reproduce", *SHORT)
+    assert "OpenGL" in message and "apt-get install libegl1" in message
+
+
+def test_tracebacks_with_debug_only(capsys: pytest.CaptureFixture[str], empty: Path) -> None:
+    """--debug shows where it happened, above the same message and with the same exit code."""
+    args = ["run", "paper", "--minutes", "nan"]
+    assert main(args) == main([*args, "--debug"]) == 2
+    err = capsys.readouterr().err
+    assert err.count("Traceback") == 1 and err.count("somatopy: Minutes must be finite") == 2
+
+
+def test_what_is_no_wrong_use_fails_with_1(
+    capsys: pytest.CaptureFixture[str], empty: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An error of the program itself: exit code 1, its message, no traceback."""
+    from somatopy.cli import list as listing
+
+    def broken(args: object) -> int:
+        raise ZeroDivisionError
+
+    monkeypatch.setattr(listing, "main", broken)
+    assert main(["list"]) == 1
+    assert capsys.readouterr().err == "somatopy: ZeroDivisionError\n"
+
+
+def test_the_installed_command_is_this_one(empty: Path) -> None:
+    """As a process of its own: exit code and message arrive at the shell."""
+    command = Path(sys.executable).with_name("somatopy")
+    done = subprocess.run([command, "run", "paper", "--sed", "1"], capture_output=True, text=True, check=False)
+    assert done.returncode == 2 and done.stdout == ""
+    assert done.stderr.startswith("somatopy: Unknown option --sed.") and done.stderr.count("\n") == 1

@@ -1,0 +1,47 @@
+"""somatopy reproduce: the paper from end to end, shortened."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from somatopy.cli import main
+
+SMALL = ["--learner.arm-map.shape", "10", "10", "--learner.head-map.shape", "10", "10"]
+SUMMARY = {"seed", "eye", "motion", "learner", "ceiling_rate", "phases"}
+PHASE = {
+    "damage", "frames", "hits", "rate", "hits_per_window", "efficiency_per_window", "trends",
+    "arm_distortion", "head_distortion",
+}  # fmt: skip
+
+
+@pytest.mark.gl
+def test_end_to_end(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Physics, pictures, detector, learner, damage, analysis: table beside the paper's numbers, figure, summary."""
+    out = tmp_path / "run"
+    assert main(["reproduce", "--minutes", "0.2", "--damage-minutes", "0.1", *SMALL, "--out", str(out)]) == 0
+    printed, said = capsys.readouterr()
+    assert "paper" in printed.splitlines()[0] and "this run" in printed.splitlines()[0]
+    assert "177,823" in printed and "+12.147" in printed and "-80.286" in printed
+    assert "180" in printed and "90" in printed
+    assert str(out) in said and "figure3.png" in said
+    for name in ("figure3.png", "figure3.svg"):
+        assert (out / "figures" / name).stat().st_size > 1000
+    summary = json.loads((out / "summary.json").read_text())
+    assert set(summary) == SUMMARY
+    assert [summary[key] for key in ("seed", "eye", "motion", "learner")] == [0, "fiducial", "dynamic", "hebbian"]
+    assert [(phase["damage"], phase["frames"]) for phase in summary["phases"]] == [("none", 180), ("offset", 90)]
+    assert all(set(phase) == PHASE for phase in summary["phases"])
+    assert {"wall_s", "frames_per_s", "peak_memory_bytes"} <= json.loads((out / "cost.json").read_text()).keys()
+
+
+def test_json_replaces_the_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """One JSON object on standard output and nothing else; the figure is drawn all the same."""
+    out = tmp_path / "run"
+    args = ["--eye", "geometric", "--motion", "kinematic", "--minutes", "0.1", "--damage-minutes", "0", *SMALL]
+    assert main(["reproduce", *args, "--json", "--out", str(out)]) == 0
+    table = json.loads(capsys.readouterr().out)
+    assert set(table) == SUMMARY | {"folder", "cost"}
+    assert (out / "figures" / "figure3.png").is_file()

@@ -1,0 +1,217 @@
+"""Descriptions: TOML in and out, and errors that name the key, the value and the valid choices."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+import tomli_w
+from hypothesis import given
+from hypothesis import strategies as st
+from pydantic import ValidationError
+
+from somatopy.analysis.runs import Run
+from somatopy.experiment import Description, DescriptionError, frames_of, load_description, paper
+from somatopy.experiment.description import validated
+
+RunShort = Callable[..., Run]
+
+DAMAGES = st.one_of(
+    st.just({"kind": "none"}),
+    st.lists(st.floats(-3, 3), min_size=1, max_size=7).map(lambda offset: {"kind": "offset", "offset": offset}),
+)
+MAPS = st.fixed_dictionaries(
+    {},
+    optional={
+        "shape": st.tuples(st.integers(1, 50), st.integers(1, 50)).map(list),
+        "learning_rate": st.floats(1e-6, 1),
+        "elasticity": st.floats(1e-3, 10),
+    },
+)
+LEARNERS = st.one_of(
+    st.just({"kind": "random"}),
+    st.lists(st.floats(-2, 2), min_size=2, max_size=2).map(lambda head: {"kind": "fixed", "head": head}),
+    st.fixed_dictionaries({"kind": st.just("hebbian")}, optional={"arm_map": MAPS, "head_map": MAPS}),
+)
+TABLES = st.fixed_dictionaries(
+    {},
+    optional={
+        "name": st.from_regex(r"[A-Za-z0-9._-]{1,20}", fullmatch=True),
+        "seed": st.integers(0, 2**62),
+        "body": st.fixed_dictionaries({}, optional={"head_speed": st.floats(0.1, 9), "motion": st.just("kinematic")}),
+        "babbling": st.fixed_dictionaries({}, optional={"range": st.just([[-1.0, 1.0]] * 4), "speed": st.just(0.3)}),
+        "learner": LEARNERS,
+        "phases": st.lists(
+            st.fixed_dictionaries({"name": st.uuids().map(str), "frames": st.integers(0, 10**6), "damage": DAMAGES}),
+            min_size=1,
+            max_size=4,
+        ),
+    },
+)
+
+
+@given(TABLES)
+def test_toml_there_and_back(table: dict[str, Any]) -> None:
+    """Any description, written as JSON-like data and read again, is equal."""
+    description = validated(table, "table")
+    assert validated(json.loads(description.model_dump_json()), "again") == description
+
+
+@given(TABLES)
+def test_a_file_reads_as_its_table(table: dict[str, Any]) -> None:
+    """What load_description reads is what the table says."""
+    import tempfile
+
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "experiment.toml"
+        path.write_text(tomli_w.dumps(table), encoding="utf-8")
+        assert load_description(path) == validated(table, "table")
+
+
+@pytest.mark.parametrize(
+    "tables",
+    [
+        {},
+        {"learner": {"kind": "random"}},
+        {"learner": {"kind": "fixed", "head": [0.5, 0.25]}, "body": {"motion": "kinematic", "head_speed": 2.5}},
+        {"babbling": {"range": [[-0.5, 1.1], [0.0, 1.25], [-0.65, 0.9], [-1.54, -0.08]], "speed": 0.3}},
+    ],
+)
+def test_the_experiment_file_of_a_run_is_a_description(
+    run_short: RunShort, short: Callable[..., Description], tables: dict[str, Any]
+) -> None:
+    """experiment.toml, with versions and citations in it, loads and is equal to what was run."""
+    phases = [{"name": "a", "frames": 2}, {"name": "b", "frames": 1, "damage": {"kind": "offset"}}]
+    tables = {"phases": phases, **tables}
+    run = run_short(**tables)
+    assert load_description(run.path / "experiment.toml") == short(**tables)
+    assert {"versions", "cite"} <= run.description.keys()
+
+
+def test_empty_means_the_defaults() -> None:
+    """No key is required."""
+    assert validated({}, "nothing") == Description()
+
+
+def test_it_is_frozen() -> None:
+    """No part of a description can be changed."""
+    description = paper()
+    for part, name in ((description, "seed"), (description.body, "motion"), (description.phases[0], "frames")):
+        with pytest.raises(ValidationError, match="frozen"):
+            setattr(part, name, 1)
+
+
+MAP_KEYS = "shape, learning_rate, elasticity"
+
+
+@pytest.mark.parametrize(
+    ("table", "key", "valid"),
+    [
+        ({"sed": 1}, "sed", "name, seed, body, eye, babbling, learner, phases"),
+        ({"body": {"model": "nao", "speed": 1}}, "body.speed", "model, motion, head_speed"),
+        ({"babbling": {"sped": 1}}, "babbling.sped", "kind, range, speed"),
+        ({"learner": {"kind": "hebbian", "rate": 1}}, "learner.rate", "kind, arm_map, head_map, link_rate"),
+        ({"learner": {"kind": "hebbian", "head_map": {"eta": 1}}}, "learner.head_map.eta", MAP_KEYS),
+        ({"learner": {"kind": "random", "head": [0, 0]}}, "learner.head", "kind"),
+        ({"learner": {"kind": "fixed", "arm_map": {}}}, "learner.arm_map", "kind, head"),
+        ({"phases": [{}, {"minutes": 3}]}, "phases.1.minutes", "name, frames, damage, trend_breaks"),
+        ({"phases": [{"damage": {"kind": "offset", "ofset": []}}]}, "phases.0.damage.ofset", "kind, offset"),
+        ({"phases": [{"damage": {"kind": "none", "offset": []}}]}, "phases.0.damage.offset", "kind"),
+    ],
+)
+def test_an_unknown_key_lists_the_valid_ones_of_its_place(table: dict[str, Any], key: str, valid: str) -> None:
+    """Nested, inside unions and inside phases, with the key as a file writes it, and nothing else in the message."""
+    with pytest.raises(DescriptionError) as caught:
+        validated(table, "my.toml")
+    assert str(caught.value) == f"my.toml: unknown key {key!r}; valid keys there: {valid}."
+
+
+@pytest.mark.parametrize(
+    ("table", "parts"),
+    [
+        ({"seed": -1}, ["seed = -1", "greater than or equal to 0"]),
+        ({"seed": 1.5}, ["seed = 1.5", "integer"]),
+        ({"seed": "x"}, ["seed = 'x'", "integer"]),
+        ({"name": "a b/c"}, ["name = 'a b/c'", "pattern"]),
+        ({"body": "nao"}, ["body = 'nao'", "must be a table"]),
+        ({"body": {"motion": "fast"}}, ["body.motion = 'fast'", "'dynamic' or 'kinematic'"]),
+        ({"body": {"head_speed": 0}}, ["body.head_speed = 0", "greater than 0"]),
+        ({"babbling": {"speed": float("inf")}}, ["babbling.speed = inf", "finite"]),
+        ({"babbling": {"range": 3}}, ["babbling.range = 3", "must be a list"]),
+        ({"babbling": {"range": [[0, 1], [float("nan"), 1]]}}, ["babbling.range.1.0 = nan", "finite"]),
+        ({"babbling": {"range": [[0, 1], [1]]}}, ["babbling.range.1.1", "a value is missing"]),
+        ({"learner": {"kind": "clever"}}, ["learner.kind = 'clever'", "hebbian, random, fixed"]),
+        ({"learner": {}}, ["learner lacks its kind", "hebbian, random, fixed"]),
+        ({"learner": {"kind": "hebbian", "link_rate": 0}}, ["learner.link_rate = 0", "greater than 0"]),
+        ({"learner": {"kind": "hebbian", "arm_map": {"shape": [0, 3]}}}, ["arm_map.shape", "at least 1", "0, 3"]),
+        ({"learner": {"kind": "hebbian", "arm_map": {"learning_rate": 2}}}, ["arm_map.learning_rate = 2", "1"]),
+        ({"learner": {"kind": "hebbian", "arm_map": {"elasticity": 0}}}, ["learner.arm_map.elasticity = 0", "0"]),
+        ({"phases": []}, ["phases", "at least one phase"]),
+        ({"phases": 3}, ["phases = 3", "must be a list"]),
+        ({"phases": [{"frames": -1}]}, ["phases.0.frames = -1", "greater than or equal to 0"]),
+        ({"phases": [{"frames": 0.5}]}, ["phases.0.frames = 0.5", "integer"]),
+        ({"phases": [{"name": "a"}, {"name": "a"}]}, ["phases", "names of their own", "['a', 'a']"]),
+        ({"phases": [{"trend_breaks": [7, 3]}]}, ["phases.0.trend_breaks", "increasing", "[7, 3]"]),
+        ({"phases": [{"trend_breaks": [0]}]}, ["phases.0.trend_breaks", "positive", "[0]"]),
+        ({"phases": [{"damage": {"kind": "rust"}}]}, ["phases.0.damage.kind = 'rust'", "none, offset"]),
+        ({"phases": [{"damage": {"kind": "offset", "offset": [float("nan")]}}]}, ["phases.0.damage.offset.0 = nan"]),
+    ],
+)
+def test_a_wrong_value_is_named_with_its_key(table: dict[str, Any], parts: list[str]) -> None:
+    """Key as the file writes it, value, what would be right; one sentence, no word of the validator's machinery."""
+    with pytest.raises(DescriptionError) as caught:
+        validated(table, "my.toml")
+    message = str(caught.value)
+    assert message.startswith("my.toml: ") and message.count("my.toml") == 1
+    assert all(part in message for part in parts), message
+    assert not any(word in message for word in ("Value error", "tuple", "pydantic", "BodyChoice", "\n"))
+
+
+def test_all_that_is_wrong_is_said_at_once() -> None:
+    """Two mistakes, one message."""
+    with pytest.raises(DescriptionError, match=r"seed = -1.*; .*unknown key 'foo'"):
+        validated({"seed": -1, "foo": 2}, "my.toml")
+
+
+def test_a_changed_copy_is_validated_again() -> None:
+    """`replaced` changes top-level tables and refuses what a file could not say either."""
+    assert paper().replaced(seed=7).seed == 7 and paper().seed == 0
+    with pytest.raises(DescriptionError, match="unknown key 'sed'"):
+        paper().replaced(sed=7)
+
+
+def test_files_that_cannot_be_read(tmp_path: Path) -> None:
+    """Missing, a folder, no TOML, no text: the path and the reason are in the message."""
+    broken, binary = tmp_path / "broken.toml", tmp_path / "binary.toml"
+    broken.write_text("seed = = 3")
+    binary.write_bytes(b"\xff\xfe\x00")
+    for path, reason in (
+        (tmp_path / "none.toml", "No such file"),
+        (tmp_path, "directory"),
+        (broken, "not valid TOML.*line 1"),
+        (binary, "not valid TOML"),
+    ):
+        with pytest.raises(DescriptionError, match=f"{path}.*{reason}"):
+            load_description(path)
+
+
+@pytest.mark.parametrize(("minutes", "frames"), [(0, 0), (1, 900), (0.2, 180), (197.58, 177_822), (1 / 900, 1)])
+def test_minutes_are_900_frames_each(minutes: float, frames: int) -> None:
+    """round(900 M)."""
+    assert frames_of(minutes) == frames
+
+
+@pytest.mark.parametrize("minutes", [-1, -1e-9, float("nan"), float("inf"), float("-inf")])
+def test_minutes_must_be_finite_and_not_negative(minutes: float) -> None:
+    """Anything else is refused, with the value."""
+    with pytest.raises(DescriptionError, match=f"finite and at least 0, not {minutes}"):
+        frames_of(minutes)
+
+
+def test_phases_without_frames_are_legal() -> None:
+    """0 frames is a length like any other."""
+    description = validated({"phases": [{"name": "a", "frames": 0}, {"name": "b", "frames": 0}]}, "empty")
+    assert description.frames == 0
