@@ -13,6 +13,7 @@ reproduce: .venv/ready gl  ## the paper's experiment, end to end; options by ARG
 	$(BIN)/somatopy reproduce $(ARGS)
 
 test: lint gl  ## lint, then every test and every example in a docstring
+	@$(SETUP) osmesa
 	$(BIN)/python -m pytest $(ARGS)
 
 lint: .venv/ready-test  ## ruff and mypy

@@ -32,7 +32,9 @@ def annotated(eye: FiducialEye, reading: Reading) -> Image:
     picture = reading.image().copy()
     for tag, corners in eye.detect(picture).items():
         cv2.polylines(picture, [corners.round().astype(int)], True, (255, 120, 0), 2, cv2.LINE_AA)
-        cv2.putText(picture, str(tag), corners[0].astype(int), cv2.FONT_HERSHEY_SIMPLEX, 0.5, (0, 90, 255), 1, cv2.LINE_AA)
+        cv2.putText(
+            picture, str(tag), corners[0].astype(int), cv2.FONT_HERSHEY_SIMPLEX, 0.5, (0, 90, 255), 1, cv2.LINE_AA
+        )
     seen = eye.look(reading)
     if seen is not None:
         cv2.drawMarker(picture, tuple(np.round(seen.pixel).astype(int)), (0, 200, 80), cv2.MARKER_CROSS, 16, 2)

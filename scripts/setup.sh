@@ -2,6 +2,7 @@
 # Prepares this folder; the Makefile calls it, and it may be run again at any time.
 #   setup.sh packages [EXTRA]   .venv with somatopy (editable) and what it needs; EXTRA: test
 #   setup.sh gl                 OpenGL without a display, for the rendered eye
+#   setup.sh osmesa             the fallback too, where it can be had, for its tests
 # As root on Debian or Ubuntu it installs the system packages that are missing; else it says which they are.
 set -eu
 cd "$(dirname "$0")/.."
@@ -83,5 +84,6 @@ prepare_gl() {
 case "${1:-}" in
     packages) install_packages "${2:-}" ;;
     gl) prepare_gl ;;
-    *) fail "usage: scripts/setup.sh packages [EXTRA] | gl" ;;
+    osmesa) ldconfig -p | grep -q libOSMesa || apt_install $OSMESA_PACKAGES || say "goes on without OSMesa" ;;
+    *) fail "usage: scripts/setup.sh packages [EXTRA] | gl | osmesa" ;;
 esac

@@ -1,7 +1,8 @@
-"""Hypothesis without a clock, and the `gl` marker: tests that render are never skipped in silence."""
+"""Hypothesis without a clock, and the markers `gl` and `osmesa`: tests that render are never skipped in silence."""
 
 from __future__ import annotations
 
+import ctypes
 import os
 from collections.abc import Generator
 from functools import cache
@@ -12,7 +13,7 @@ from hypothesis import settings
 settings.register_profile("somatopy", deadline=None, derandomize=True)
 settings.load_profile("somatopy")
 
-not_run: list[str] = []
+not_run: dict[str, list[str]] = {"gl": [], "osmesa": []}
 
 
 @cache
@@ -27,20 +28,34 @@ def why_no_gl() -> str | None:
     return None
 
 
+@cache
+def why_no_osmesa() -> str | None:
+    """Why OSMesa cannot draw, or None if it can. Newer systems have only EGL, so that no machine need have it."""
+    try:
+        ctypes.CDLL("libOSMesa.so.8")
+    except OSError as error:
+        return f"The fallback OSMesa is not installed ({error}); on Debian 12: apt-get install libosmesa6."
+    return None
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_setup(item: pytest.Item) -> None:
-    if item.get_closest_marker("gl") is None or why_no_gl() is None:
-        return
-    if os.environ.get("CI") == "true":
-        pytest.fail(f"CI=true allows no skip. {why_no_gl()}", pytrace=False)
-    not_run.append(item.nodeid)
-    pytest.skip("needs OpenGL")
+    if item.get_closest_marker("gl") is not None and why_no_gl() is not None:
+        if os.environ.get("CI") == "true":
+            pytest.fail(f"CI=true allows no skip. {why_no_gl()}", pytrace=False)
+        not_run["gl"].append(item.nodeid)
+        pytest.skip("needs OpenGL")
+    if item.get_closest_marker("osmesa") is not None and why_no_osmesa() is not None:
+        not_run["osmesa"].append(item.nodeid)
+        pytest.skip("needs OSMesa")
 
 
 @pytest.hookimpl(wrapper=True, tryfirst=True)
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> Generator[None, None, None]:
     """The tests that did not run are named last, under everything else."""
     yield
-    if not_run:
+    if any(not_run.values()):
         terminalreporter.section("TESTS THAT DID NOT RUN", red=True, bold=True)
-        terminalreporter.line(f"{len(not_run)} tests draw with OpenGL and did not run. {why_no_gl()}", red=True)
+    for marker, why in (("gl", why_no_gl), ("osmesa", why_no_osmesa)):
+        if not_run[marker]:
+            terminalreporter.line(f"{len(not_run[marker])} tests draw and did not run. {why()}", red=True)

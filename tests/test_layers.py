@@ -17,8 +17,8 @@ PACKAGE = ROOT / "src" / "somatopy"
 LAYERS = (
     ("somatopy", "__main__"),
     ("cli",),
-    ("api",),
     ("studies", "viewer", "envs"),
+    ("api",),
     ("analysis",),
     ("experiment",),
     ("learners", "babbling", "bodies", "eyes"),

@@ -12,7 +12,19 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Camera", "Floats", "Image", "Ints", "JointGroup", "Marker", "Percept", "Reading", "Shapes", "Sighting", "View"]
+__all__ = [
+    "Camera",
+    "Floats",
+    "Image",
+    "Ints",
+    "JointGroup",
+    "Marker",
+    "Percept",
+    "Reading",
+    "Shapes",
+    "Sighting",
+    "View",
+]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

@@ -63,25 +63,10 @@ def run(program: str, **environment: str) -> subprocess.CompletedProcess[str]:
     )
 
 
-def works(backend: str) -> bool:
-    """Whether this machine has the library at all."""
-    return run("from somatopy.bodies import gl_backend; gl_backend()", MUJOCO_GL=backend).returncode == 0
-
-
 def drawn(program: str = DRAW, **environment: str) -> list[str]:
     done = run(program, **environment)
     assert done.returncode == 0, done.stderr
     return done.stdout.split()
-
-
-@pytest.fixture(scope="module")
-def osmesa() -> None:
-    """Marks tests that need OSMesa beside EGL."""
-    if works("osmesa"):
-        return
-    if os.environ.get("CI") == "true":
-        pytest.fail("CI=true allows no skip. Install libosmesa6.", pytrace=False)
-    pytest.skip("needs OSMesa (libosmesa6)")
 
 
 @pytest.fixture(scope="module")
@@ -98,15 +83,17 @@ def test_some_library_is_chosen_without_being_told() -> None:
 
 
 @pytest.mark.gl
+@pytest.mark.osmesa
 @pytest.mark.parametrize("backend", ["egl", "OSMesa"])
-def test_every_library_draws_the_same_picture(osmesa: None, picture: str, backend: str) -> None:
+def test_every_library_draws_the_same_picture(picture: str, backend: str) -> None:
     """MUJOCO_GL chooses, in any case of letters; not one bit of the robot's picture depends on it."""
     assert drawn(MUJOCO_GL=backend) == [backend.lower(), picture]
 
 
 @pytest.mark.gl
+@pytest.mark.osmesa
 @pytest.mark.parametrize("platform", ["", "osmesa"])
-def test_osmesa_draws_where_egl_fails(osmesa: None, picture: str, platform: str) -> None:
+def test_osmesa_draws_where_egl_fails(picture: str, platform: str) -> None:
     """On a graphics device that does not exist, and where PyOpenGL was told of OSMesa beforehand."""
     told = {"PYOPENGL_PLATFORM": platform} if platform else {}
     assert drawn(MUJOCO_EGL_DEVICE_ID="99", **told) == ["osmesa", picture]

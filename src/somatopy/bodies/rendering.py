@@ -46,7 +46,6 @@ def _context_class() -> tuple[str, Any]:
     for name in (wanted,) if wanted in _BACKENDS else _BACKENDS:
         reason = _failure(name)
         if not reason:
-            atexit.register(_close_all)
             return name, importlib.import_module(f"mujoco.{name}").GLContext
         reasons.append(f"{name}: {reason}")
     raise NoGL(
@@ -64,10 +63,13 @@ def gl_backend() -> str:
     return _context_class()[0]
 
 
-def _close_all() -> None:
-    """PyOpenGL cannot free contexts any more when Python has begun to take itself apart."""
-    for renderer in list(_open):
-        renderer.close()
+@cache
+def _close_all_at_exit() -> None:
+    """PyOpenGL cannot free contexts any more when Python has begun to take itself apart.
+
+    Functions called at exit run last in, first out: register this one once MuJoCo has registered its own.
+    """
+    atexit.register(lambda: [renderer.close() for renderer in list(_open)])
 
 
 class Renderer:
@@ -82,6 +84,7 @@ class Renderer:
 
     def __init__(self, model: mujoco.MjModel, camera: str, width: int, height: int) -> None:
         self._context = _context_class()[1](width, height)
+        _close_all_at_exit()
         self._context.make_current()
         self._resources = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._resources)

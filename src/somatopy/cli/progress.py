@@ -1,4 +1,4 @@
-"""A progress bar with frames per second, time left and the live hit rate; Ctrl-C stops between two frames."""
+"""A progress bar with frames per second, time left and the live hit rate; Ctrl-C and SIGTERM stop between frames."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def run_with_progress(experiment: Experiment, out: Path | None) -> Path:
         TimeRemainingColumn(),
         console=console,
     )
-    before = signal.signal(signal.SIGINT, interrupt)
+    before = {number: signal.signal(number, interrupt) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         with bar:
             task = bar.add_task(experiment.description.name, total=experiment.description.frames, rate="", hits="")
@@ -60,7 +60,8 @@ def run_with_progress(experiment: Experiment, out: Path | None) -> Path:
         print(f"Interrupted after {experiment.done} frames; what was recorded is in {folder}.", file=sys.stderr)
         raise
     finally:
-        signal.signal(signal.SIGINT, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
     return folder
 
 

@@ -1,7 +1,7 @@
 """What was possible: the share of frames in which any head posture sees the hand, and the bound without look-ahead.
 
-A hit rate says nothing without its ceiling: it depends on marker, camera, occlusion and babbling range. Both bounds come
-from the geometric eye and are labelled so.
+A hit rate says nothing without its ceiling: it depends on marker, camera, occlusion and babbling range. Both bounds
+come from the geometric eye and are labelled so.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from somatopy.bodies import MujocoBody
 from somatopy.eyes import GeometricEye
 from somatopy.percept import Floats, Ints
 
-__all__ = ["EVERY", "GRID", "Vantages", "reactive_hits", "reachable"]
+__all__ = ["EVERY", "GRID", "Vantages", "reachable", "reactive_hits"]
 
 #: Head postures tried along each head joint; docs/ceiling.md shows that more change little.
 GRID = (97, 29)
@@ -117,7 +117,7 @@ def reactive_hits(vantages: Vantages, stretches: Iterator[Floats], stride: Float
         hits = np.zeros(len(arms), np.bool_)
         for k, arm in enumerate(arms):
             view = vantages.body.view(arm, head)
-            hits[k] = vantages.eye.sees(view)
+            hits[k] = vantages.eye.find(view) is not None
             seen = vantages.seeing(arm)
             if seen.any():
                 value = vantages.robustness(seen)

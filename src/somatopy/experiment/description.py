@@ -7,9 +7,9 @@ import tomllib
 from collections.abc import Iterable
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
 __all__ = [
     "FRAMES_PER_MINUTE",
@@ -32,6 +32,7 @@ __all__ = [
 ]
 
 FRAMES_PER_MINUTE = 900
+MOST_LINKS = 500_000_000
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
@@ -100,6 +101,16 @@ class Hebbian(_Table):
     arm_map: MapSettings = MapSettings()
     head_map: MapSettings = MapSettings()
     link_rate: Positive = Field(0.01, description="eta of equation 3.")
+
+    @model_validator(mode="after")
+    def _links_fit(self) -> Self:
+        links = math.prod(self.arm_map.shape) * math.prod(self.head_map.shape)
+        if links > MOST_LINKS:
+            raise ValueError(
+                f"maps of {self.arm_map.shape} and {self.head_map.shape} units need {links:.1e} links of 8 bytes; "
+                f"at most {MOST_LINKS:.0e} fit. Make a map smaller"
+            )
+        return self
 
 
 class RandomControl(_Table):

@@ -42,13 +42,17 @@ class Experiment:
     def __init__(self, description: Description) -> None:
         self.description = description
         self.body = build_body(description)
-        self._reading = self.body.reset(description.seed)
-        self.eye = build_eye(description, self.body)
-        self.babbler = build_babbler(description, self.body, self._reading.arm)
-        self.learner = build_learner(description, self.body)
-        self._damages = [build_damage(phase, self.body) for phase in description.phases]
-        self._damage_rng = stream(description.seed, "damage")
-        self.eye.look(self._reading)
+        try:
+            self._reading = self.body.reset(description.seed)
+            self.eye = build_eye(description, self.body)
+            self.babbler = build_babbler(description, self.body, self._reading.arm)
+            self.learner = build_learner(description, self.body)
+            self._damages = [build_damage(phase, self.body) for phase in description.phases]
+            self._damage_rng = stream(description.seed, "damage")
+            self.eye.look(self._reading)
+        except BaseException:
+            self.body.close()
+            raise
         self.done = self.hits = 0
         self.seconds = dict.fromkeys(("physics", "render", "detect", "babble", "damage", "learn", "record"), 0.0)
 
@@ -58,7 +62,12 @@ class Experiment:
         Args:
             folder: the run folder, as `prepare_folder` made it.
             watch: called after every frame; may raise to stop the run, which keeps what was recorded.
+
+        Raises:
+            RuntimeError: it has run already.
         """
+        if self.done:
+            raise RuntimeError("This experiment has run already; build a new one from its description.")
         recorder = Recorder(folder, self.description, self.body.arm, self.body.head, self.learner.probes())
         start, self.body.render_s = perf_counter(), 0.0
         try:

@@ -37,7 +37,9 @@ class FiducialEye:
         cv2.setNumThreads(1)
         whole = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, marker.dictionary))
         kept = cv2.aruco.Dictionary(whole.bytesList[list(marker.ids)], whole.markerSize, whole.maxCorrectionBits)
-        self._detector = cv2.aruco.ArucoDetector(kept)
+        parameters = cv2.aruco.DetectorParameters()
+        parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_CONTOUR
+        self._detector = cv2.aruco.ArucoDetector(kept, parameters)
         self._ids = marker.ids
         self._shape = (camera.height, camera.width, 3)
         u, v = camera.centre

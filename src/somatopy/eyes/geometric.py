@@ -96,7 +96,7 @@ def _occludes(poses: Floats, n: int, kinds: Ints, sizes: Floats, camera: Floats,
     o = _into(poses, n, camera[0] - poses[n, 0], camera[1] - poses[n, 1], camera[2] - poses[n, 2])
     d = _into(poses, n, work[point, 0] - camera[0], work[point, 1] - camera[1], work[point, 2] - camera[2])
     kind, x, y, z = kinds[n], sizes[n, 0], sizes[n, 1], sizes[n, 2]
-    if kind == _SPHERE or kind == _ELLIPSOID:
+    if kind in (_SPHERE, _ELLIPSOID):
         return _hits_ellipsoid(o, d, x, y, z)
     if kind == _BOX:
         return _hits_box(o, d, x, y, z)
@@ -152,7 +152,7 @@ def _in_frame(u: float, v: float, depth: float, lens: Floats, cube: Floats) -> b
     if not depth > cube[0]:
         return False
     margin = 1.75 * cube[0] * lens[0] / (depth - cube[0])
-    return -margin < u < lens[1] + margin and -margin < v < lens[2] + margin
+    return bool(-margin < u < lens[1] + margin and -margin < v < lens[2] + margin)
 
 
 @jit
@@ -232,13 +232,21 @@ def _face_area(face: int, camera: Floats, lens: Floats, marker: Floats, cube: Fl
         for k in range(3):
             normal = ny * marker[3 + 3 * k + 1] + nz * marker[3 + 3 * k + 2]
             side = -nz * marker[3 + 3 * k + 1] + ny * marker[3 + 3 * k + 2]
-            work[2 + corner, k] = (
-                marker[k] + cube[0] * normal + cube[1] * (a * marker[3 + 3 * k] + b * side)
-            )
+            work[2 + corner, k] = marker[k] + cube[0] * normal + cube[1] * (a * marker[3 + 3 * k] + b * side)
     return _tag_area(camera, lens, work)
 
 
-_GRID = ((1.0, -1.0), (1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0), (0.0, 0.0))
+_GRID = (
+    (1.0, -1.0),
+    (1.0, 1.0),
+    (-1.0, 1.0),
+    (-1.0, -1.0),
+    (1.0, 0.0),
+    (0.0, 1.0),
+    (-1.0, 0.0),
+    (0.0, -1.0),
+    (0.0, 0.0),
+)
 
 
 @jit
@@ -318,10 +326,9 @@ class GeometricEye:
     Example:
         >>> camera, marker = Camera("eye", 320, 240, fovy=0.83), Marker()
         >>> eye = GeometricEye(camera, marker, Shapes(np.empty(0, np.int64), np.empty((0, 4))))
-        >>> turn = [0, 0, 1, -1, 0, 0, 0, -1, 0]
-        >>> view = View(np.array([0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1.0]), np.array([0, 0, -0.2, *turn], float), np.empty((0, 12)))
-        >>> zero = np.zeros(2)
-        >>> eye.look(Reading(0.0, zero, zero, zero, zero, view=view)).pixel
+        >>> here = np.array([0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1.0])
+        >>> ahead = np.array([0, 0, -0.2, 0, 0, 1, -1, 0, 0, 0, -1, 0])
+        >>> eye.find(View(here, ahead, np.empty((0, 12)))).pixel
         (159.5, 119.5)
     """
 
@@ -339,16 +346,31 @@ class GeometricEye:
         Raises:
             ValueError: the reading has no view.
         """
-        view = reading.view
-        if view is None:
+        if reading.view is None:
             raise ValueError("This body does not know its true poses; the geometric eye needs them. Use another eye.")
-        face = see(view.camera, self._lens, view.marker, self._cube, view.occluders, self._kinds, self._sizes, self._near, self._work)
+        return self.find(reading.view)
+
+    def find(self, view: View) -> Sighting | None:
+        """Where the marker would be seen with these poses."""
+        face = see(
+            view.camera,
+            self._lens,
+            view.marker,
+            self._cube,
+            view.occluders,
+            self._kinds,
+            self._sizes,
+            self._near,
+            self._work,
+        )
         if face < 0:
             return None
         u, v, area = self._work[15].tolist()
         return Sighting(pixel=(u, v), tag=self._ids[face], area=area)
 
-    def look_from_each(self, cameras: Floats, moved: Floats, rows: Ints, view: View, first: int = -1) -> NDArray[np.bool_]:
+    def look_from_each(
+        self, cameras: Floats, moved: Floats, rows: Ints, view: View, first: int = -1
+    ) -> NDArray[np.bool_]:
         """Which of many head postures would see the marker where it is in `view`.
 
         Args:
@@ -363,7 +385,18 @@ class GeometricEye:
         """
         seen = np.zeros(len(cameras), np.bool_)
         see_from_each(
-            cameras, moved, rows, first, self._lens, view.marker, self._cube, view.occluders.copy(),
-            self._kinds, self._sizes, self._near, self._work, seen,
+            cameras,
+            moved,
+            rows,
+            first,
+            self._lens,
+            view.marker,
+            self._cube,
+            view.occluders.copy(),
+            self._kinds,
+            self._sizes,
+            self._near,
+            self._work,
+            seen,
         )
         return seen

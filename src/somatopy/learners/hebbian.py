@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
+from sklearn.base import clone
 
 from somatopy.learners.base import Scale
 from somatopy.links import HebbianLinks, PositiveHebb, activation
@@ -49,12 +50,10 @@ class HebbianLearner:
         head_limits: the same for the head, shape (n_head, 2).
         image_size: width and height of the camera's picture, px.
         rng: the learner's random numbers: start codes, and the choice among equal links.
-        arm_map: the map of arm postures, for [0, 1] units; a 30x30 DSOM by default.
-        head_map: the map of head postures; the same.
+        arm_map: parameters of the map of arm postures, for [0, 1] units; a 30x30 DSOM by default. It is cloned and
+            starts with codes drawn from `rng`.
+        head_map: the same for the map of head postures.
         rule: how a link changes; the paper's positive rule by default.
-
-    Attributes:
-        plastic: any of "arm_map", "head_map", "links".
 
     Example:
         >>> arm_limits, head_limits = [[-2, 2], [-0.3, 1.3]], [[-2, 2], [-0.6, 0.5]]
@@ -83,15 +82,33 @@ class HebbianLearner:
         self._arm_scale, self._head_scale = Scale(arm_limits), Scale(head_limits)
         self._image_size = image_size
         arm_rng, head_rng, self._rng = rng.spawn(3)
-        self.arm_map = (arm_map or DSOM()).set_params(random_state=arm_rng).initialise(len(self._arm_scale.low))
-        self.head_map = (head_map or DSOM()).set_params(random_state=head_rng).initialise(len(self._head_scale.low))
+        self.arm_map = _fresh(arm_map, arm_rng, len(self._arm_scale.low))
+        self.head_map = _fresh(head_map, head_rng, len(self._head_scale.low))
         self.links = HebbianLinks(len(self.arm_map.codebook_), len(self.head_map.codebook_), rule or PositiveHebb())
-        self.plastic = frozenset(plastic)
+        self.plastic = plastic
         self._probes = {"arm_winner": -1, "head_winner": -1, "arm_distance": np.nan, "head_distance": np.nan}
 
+    @property
+    def plastic(self) -> frozenset[str]:
+        """The parts that learn: any of "arm_map", "head_map", "links"."""
+        return self._plastic
+
+    @plastic.setter
+    def plastic(self, parts: Iterable[str]) -> None:
+        wanted = frozenset(parts)
+        if unknown := sorted(wanted - self.PARTS):
+            raise ValueError(f"This learner has no part {unknown[0]!r} that learns; choose among {sorted(self.PARTS)}.")
+        self._plastic = wanted
+
     def observe(self, percept: Percept) -> None:
-        """Maps learn, winners are found, the link between them learns (steps 5 to 7 of the frame)."""
+        """Maps learn, winners are found, the link between them learns (steps 5 to 7 of the frame).
+
+        Raises:
+            ValueError: a posture of the wrong length or not finite; nothing has been learned then.
+        """
         x, y = self._arm_scale.to_unit(percept.arm), self._head_scale.to_unit(percept.head)
+        if not np.isfinite(y).all():
+            raise ValueError(f"The head posture {percept.head} is not finite; nothing has been learned.")
         if "arm_map" in self.plastic:
             self.arm_map.learn_one(x)
         if "head_map" in self.plastic:
@@ -141,3 +158,10 @@ class HebbianLearner:
         self.links.restore(state["links"])
         self._rng.bit_generator.state = state["rng"]
         self._probes = dict(state["probes"])
+
+
+def _fresh(parameters: DSOM | None, rng: np.random.Generator, dims: int) -> DSOM:
+    """A map of the same parameters with start codes of its own."""
+    own: DSOM = clone(parameters) if parameters is not None else DSOM()
+    own.set_params(random_state=rng)
+    return own.initialise(dims)
