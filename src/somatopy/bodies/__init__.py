@@ -3,7 +3,8 @@
 from somatopy.bodies import _opengl  # noqa: F401 - before anything that imports mujoco
 from somatopy.bodies.anatomy import BODIES, Anatomy, Coupling, anatomy_path
 from somatopy.bodies.base import Body, BodyError
-from somatopy.bodies.mujoco import FRAME, Motion, MujocoBody
+from somatopy.bodies.model import FRAME
+from somatopy.bodies.mujoco import Motion, MujocoBody
 from somatopy.bodies.rendering import NoGL, gl_backend
 
 __all__ = [

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from itertools import product
+from collections.abc import Callable
 from pathlib import Path
 from time import perf_counter
 from typing import Any, Literal
@@ -15,19 +14,17 @@ from numpy.typing import ArrayLike
 from somatopy.bodies.anatomy import Anatomy, anatomy_path
 from somatopy.bodies.base import BodyError
 from somatopy.bodies.limits import CLEARANCE, advance_setpoints, clip_targets, hold_inside
-from somatopy.bodies.marker import SITE, add_marker
+from somatopy.bodies.marker import SITE
+from somatopy.bodies.model import FRAME, Build, build
+from somatopy.bodies.occluders import Occluders
 from somatopy.bodies.rendering import Renderer
-from somatopy.percept import Camera, Floats, Image, JointGroup, Marker, Reading, Shapes, View
+from somatopy.percept import Camera, Floats, Image, JointGroup, Marker, Reading, View
 
-__all__ = ["FRAME", "Motion", "MujocoBody"]
+__all__ = ["Motion", "MujocoBody"]
 
-FRAME = 1.0 / 15.0
 Motion = Literal["dynamic", "kinematic"]
 _JOINT = int(mujoco.mjtTrn.mjTRN_JOINT)
-_SPHERE, _ELLIPSOID, _MESH = 2, 4, 7  # MuJoCo's geom types, as Shapes counts them
-_PRIMITIVES = (2, 3, 4, 5, 6)
 _ONE_DOF = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
-_NO_DYNAMICS = mujoco.mjtDyn.mjDYN_NONE
 
 
 class MujocoBody:
@@ -82,12 +79,13 @@ class MujocoBody:
         self.anatomy = anatomy if isinstance(anatomy, Anatomy) else Anatomy.load(anatomy_path(str(anatomy)))
         self.motion = motion
         self.marker = marker or Marker()
-        self.model = self._build()
+        built = build(self.anatomy, self.marker, servos=motion == "dynamic")
+        self.model, self._substeps = built.model, built.substeps
         self.data = mujoco.MjData(self.model)
         self.arm = self._group(self.anatomy.arm.joints, self.anatomy.arm.velocity)
         self.head = self._group(self.anatomy.head.joints, self.anatomy.head.velocity)
         self._n_arm = len(self.arm)
-        self._index_joints()
+        self._index(built)
         speeds = [np.minimum(g.velocity, s or np.inf) for g, s in ((self.arm, arm_speed), (self.head, head_speed))]
         self._stride = np.concatenate(speeds) * FRAME
         name, size = self.anatomy.camera.name, (self.anatomy.camera.width, self.anatomy.camera.height)
@@ -229,15 +227,11 @@ class MujocoBody:
         )
 
     def _view(self, data: mujoco.MjData) -> View:
-        occluders = np.empty((len(self._occluding), 12))
-        occluders[:, :3], occluders[:, 3:] = data.geom_xpos[self._occluding], data.geom_xmat[self._occluding]
-        if self._offsets.any():
-            occluders[:, :3] += np.einsum("nij,nj->ni", occluders[:, 3:].reshape(-1, 3, 3), self._offsets)
         camera, site = self._camera_id, self._site_id
         return View(
             camera=np.concatenate([data.cam_xpos[camera], data.cam_xmat[camera]]),
             marker=np.concatenate([data.site_xpos[site], data.site_xmat[site]]),
-            occluders=occluders,
+            occluders=self._occluders.poses(data),
         )
 
     def _photographer(self) -> Callable[[], Image]:
@@ -267,78 +261,7 @@ class MujocoBody:
 
     # -- building ----------------------------------------------------------------------------------------------------
 
-    def _build(self) -> mujoco.MjModel:
-        spec = self._parse(self.anatomy.model)
-        for kind, names in (
-            ("joint", (*self.anatomy.arm.joints, *self.anatomy.head.joints)),
-            ("camera", (self.anatomy.camera.name,)),
-            ("body", (self.anatomy.marker.body,)),
-            ("key", (self.anatomy.home,) if self.anatomy.home else ()),
-        ):
-            self._require(spec, kind, names)
-        position, axis = np.array(self.anatomy.marker.position), np.array(self.anatomy.marker.axis)
-        add_marker(spec, self.anatomy.marker.body, position, axis, self.marker)
-        self._part_arm_and_head(spec)
-        self._servos: list[Any] = []
-        if self.motion == "dynamic":
-            self._ramp_servos(spec)
-        model = self._compile(spec)
-        self._substeps = int(np.ceil(FRAME / model.opt.timestep - 1e-6))
-        model.opt.timestep = FRAME / self._substeps
-        model.vis.map.znear = 0.001 / model.stat.extent
-        model.vis.quality.shadowsize = model.vis.quality.offsamples = 0
-        return model
-
-    @staticmethod
-    def _parse(path: Path) -> mujoco.MjSpec:
-        if not path.is_file():
-            raise BodyError(f"The model {path} does not exist.")
-        try:
-            return mujoco.MjSpec.from_file(str(path))
-        except ValueError as error:
-            raise BodyError(f"MuJoCo cannot read the model {path}: {error}") from error
-
-    def _compile(self, spec: mujoco.MjSpec) -> mujoco.MjModel:
-        try:
-            return spec.compile()
-        except ValueError as error:
-            raise BodyError(f"MuJoCo cannot compile the model {self.anatomy.model}: {error}") from error
-
-    def _require(self, spec: mujoco.MjSpec, kind: str, names: Sequence[str]) -> None:
-        plural = {"joint": "joints", "camera": "cameras", "body": "bodies", "key": "keys"}[kind]
-        there = [element.name for element in getattr(spec, plural)]
-        for name in names:
-            if name not in there:
-                word = "keyframe" if kind == "key" else kind
-                raise BodyError(
-                    f"The {word} {name!r} does not exist in {self.anatomy.model}. "
-                    f"Available: {', '.join(there) or 'none'}."
-                )
-
-    def _part_arm_and_head(self, spec: mujoco.MjSpec) -> None:
-        """Arm and head pass through each other: a pair with a negative margin is noticed but exerts no force."""
-        arm = _solids(spec.joint(self.anatomy.arm.joints[0]).parent)
-        head = _solids(spec.joint(self.anatomy.head.joints[0]).parent)
-        for k, geom in enumerate([*arm, *head]):
-            geom.name = geom.name or f"somatopy_solid_{k}"
-        self._solid_names = [g.name for g in arm], [g.name for g in head]
-        for a, b in product(*self._solid_names):
-            spec.add_pair(geomname1=a, geomname2=b, margin=-1.0, gap=1.0)
-
-    def _ramp_servos(self, spec: mujoco.MjSpec) -> None:
-        """Give each position servo an integrator, so that its set-point ramps inside MuJoCo at the speed in `ctrl`."""
-        for name in (*self.anatomy.arm.joints, *self.anatomy.head.joints):
-            servo = next((a for a in spec.actuators if a.target == name and _is_position_servo(a)), None)
-            if servo is None:
-                raise BodyError(
-                    f"The joint {name!r} of {self.anatomy.model} has no position servo. Add "
-                    f'<actuator><position joint="{name}" kp="..." kv="..."/></actuator>, or use the kinematic motion.'
-                )
-            servo.dyntype = mujoco.mjtDyn.mjDYN_INTEGRATOR
-            servo.ctrllimited = False
-            self._servos.append(servo)
-
-    def _index_joints(self) -> None:
+    def _index(self, built: Build) -> None:
         names = (*self.arm.names, *self.head.names)
         self._qpos = np.array([self.model.joint(n).qposadr[0] for n in names])
         self._lower = np.concatenate([self.arm.lower, self.head.lower])
@@ -346,16 +269,17 @@ class MujocoBody:
         joints = [self.model.joint(n).id for n in names]
         velocity = np.concatenate([self.arm.velocity, self.head.velocity])
         self._joint_limits = self._qpos, self.model.jnt_dofadr[joints].astype(int), self._lower, self._upper, velocity
-        self._servo = np.array([servo.id for servo in self._servos], int)
+        self._servo = np.array(built.servos, int)
         self._act = self.model.actuator_actadr[self._servo]
         driven = enumerate(self.model.actuator_trnid[:, 0])
         self._others = {k: self.model.jnt_qposadr[j] for k, j in driven if self._is_servo(k) and j not in joints}
         self._coupling = self._couple(names)
         self._camera_id = self.model.camera(self.anatomy.camera.name).id
         self._site_id = self.model.site(SITE).id
-        self._index_occluders()
+        self._occluders = Occluders(self.model)
+        self.occluders = self._occluders.shapes
         self._side = np.zeros(self.model.ngeom, int)
-        for side, geoms in zip((1, 2), self._solid_names, strict=True):
+        for side, geoms in ((1, built.arm_solids), (2, built.head_solids)):
             self._side[[self.model.geom(n).id for n in geoms]] = side
 
     def _couple(self, names: tuple[str, ...]) -> tuple[int, int, Floats, Floats, Floats]:
@@ -371,22 +295,6 @@ class MujocoBody:
             )
         return k, names.index(table.by), np.array(table.at), np.array(table.lower), np.array(table.upper)
 
-    def _index_occluders(self) -> None:
-        """All that can hide the marker; what is no primitive shape (a mesh) counts as the ellipsoid of its box."""
-        model = self.model
-        opacity = np.where(model.geom_matid >= 0, model.mat_rgba[model.geom_matid, 3], model.geom_rgba[:, 3])
-        shown = (opacity > 0) & (model.geom_group < 3) & np.isin(model.geom_type, [*_PRIMITIVES, _MESH])
-        shown[model.geom(SITE).id] = False
-        self._occluding = np.flatnonzero(shown)
-        kinds, sizes = model.geom_type[self._occluding].astype(np.int64), model.geom_size[self._occluding].copy()
-        odd = kinds == _MESH
-        self._offsets = np.where(odd[:, None], model.geom_aabb[self._occluding, :3], 0.0)
-        sizes[odd] = model.geom_aabb[self._occluding[odd], 3:]
-        kinds[odd] = _ELLIPSOID
-        sizes[kinds == _SPHERE] = sizes[kinds == _SPHERE][:, :1]
-        reach = np.where(odd, np.linalg.norm(sizes, axis=1), model.geom_rbound[self._occluding])
-        self.occluders = Shapes(kinds, np.column_stack([sizes, reach]))
-
     def _is_servo(self, actuator: int) -> bool:
         gain, bias = self.model.actuator_gainprm[actuator, 0], self.model.actuator_biasprm[actuator, 1]
         return int(self.model.actuator_trntype[actuator]) == _JOINT and bool(gain == -bias != 0)
@@ -400,15 +308,3 @@ class MujocoBody:
                 raise BodyError(f'The joint {name!r} of {self.anatomy.model} has no limits. Give it range="low high".')
         ranges = np.array([self.model.joint(name).range for name in names])
         return JointGroup(names, ranges[:, 0].copy(), ranges[:, 1].copy(), np.array(velocity))
-
-
-def _is_position_servo(actuator: Any) -> bool:
-    """Whether an actuator of a spec pulls a joint towards its control value, as `<position>` does, without a filter."""
-    pulls = actuator.gainprm[0] == -actuator.biasprm[1] != 0 and actuator.gear[0] == 1
-    return bool(pulls and int(actuator.trntype) == _JOINT and actuator.dyntype == _NO_DYNAMICS)
-
-
-def _solids(body: Any) -> list[Any]:
-    """The geoms of a body and of all that hang on it which can touch anything."""
-    own = [g for g in body.geoms if g.contype or g.conaffinity]
-    return own + [g for child in body.bodies for g in _solids(child)]

@@ -69,7 +69,12 @@ def _close_all_at_exit() -> None:
 
     Functions called at exit run last in, first out: register this one once MuJoCo has registered its own.
     """
-    atexit.register(lambda: [renderer.close() for renderer in list(_open)])
+    atexit.register(_close_all)
+
+
+def _close_all() -> None:
+    for renderer in list(_open):
+        renderer.close()
 
 
 class Renderer:

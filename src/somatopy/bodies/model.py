@@ -1,0 +1,136 @@
+"""From an MJCF and an anatomy to the model that a body runs: marker, passable head, ramping servos, step, quality."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from somatopy.bodies.anatomy import Anatomy
+from somatopy.bodies.base import BodyError
+from somatopy.bodies.marker import add_marker
+from somatopy.percept import Marker
+
+__all__ = ["FRAME", "Build", "build"]
+
+FRAME = 1.0 / 15.0
+_JOINT = int(mujoco.mjtTrn.mjTRN_JOINT)
+_NO_DYNAMICS = mujoco.mjtDyn.mjDYN_NONE
+
+
+@dataclass(frozen=True)
+class Build:
+    """A compiled model, and what of it a body must find again.
+
+    Attributes:
+        model: the model; its step divides a frame.
+        substeps: physics steps in a frame.
+        servos: indices of the servos that ramp, in the order of arm and head joints; none in kinematic motion.
+        arm_solids: names of the arm's geoms that can touch.
+        head_solids: the same of the head.
+    """
+
+    model: mujoco.MjModel
+    substeps: int
+    servos: tuple[int, ...]
+    arm_solids: tuple[str, ...]
+    head_solids: tuple[str, ...]
+
+
+def build(anatomy: Anatomy, marker: Marker, servos: bool) -> Build:
+    """Compile the anatomy's model.
+
+    Args:
+        anatomy: names the model's file and its parts.
+        marker: the cube to put on the hand.
+        servos: whether the joints are to be driven by the model's position servos.
+
+    Raises:
+        BodyError: the file is missing or broken, or lacks something that the anatomy names.
+    """
+    spec = _parse(anatomy.model)
+    for kind, names in (
+        ("joint", (*anatomy.arm.joints, *anatomy.head.joints)),
+        ("camera", (anatomy.camera.name,)),
+        ("body", (anatomy.marker.body,)),
+        ("keyframe", (anatomy.home,) if anatomy.home else ()),
+    ):
+        _require(spec, anatomy, kind, names)
+    add_marker(spec, anatomy.marker.body, np.array(anatomy.marker.position), np.array(anatomy.marker.axis), marker)
+    solids = _part_arm_and_head(spec, anatomy)
+    ramping = _ramp_servos(spec, anatomy) if servos else []
+    model = _compile(spec, anatomy.model)
+    substeps = int(np.ceil(FRAME / model.opt.timestep - 1e-6))
+    model.opt.timestep = FRAME / substeps
+    model.vis.map.znear = 0.001 / model.stat.extent
+    model.vis.quality.shadowsize = model.vis.quality.offsamples = 0
+    return Build(model, substeps, tuple(servo.id for servo in ramping), *solids)
+
+
+def _parse(path: Path) -> mujoco.MjSpec:
+    if not path.is_file():
+        raise BodyError(f"The model {path} does not exist.")
+    try:
+        return mujoco.MjSpec.from_file(str(path))
+    except ValueError as error:
+        raise BodyError(f"MuJoCo cannot read the model {path}: {error}") from error
+
+
+def _compile(spec: mujoco.MjSpec, path: Path) -> mujoco.MjModel:
+    try:
+        return spec.compile()
+    except ValueError as error:
+        raise BodyError(f"MuJoCo cannot compile the model {path}: {error}") from error
+
+
+def _require(spec: mujoco.MjSpec, anatomy: Anatomy, kind: str, names: Sequence[str]) -> None:
+    parts = {"joint": spec.joints, "camera": spec.cameras, "body": spec.bodies, "keyframe": spec.keys}[kind]
+    there = [part.name for part in parts]
+    for name in names:
+        if name not in there:
+            raise BodyError(
+                f"The {kind} {name!r} does not exist in {anatomy.model}. Available: {', '.join(there) or 'none'}."
+            )
+
+
+def _part_arm_and_head(spec: mujoco.MjSpec, anatomy: Anatomy) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Arm and head pass through each other: a pair with a negative margin is noticed but exerts no force."""
+    arm, head = (_solids(spec.joint(group.joints[0]).parent) for group in (anatomy.arm, anatomy.head))
+    for k, geom in enumerate([*arm, *head]):
+        geom.name = geom.name or f"somatopy_solid_{k}"
+    for a, b in product(arm, head):
+        spec.add_pair(geomname1=a.name, geomname2=b.name, margin=-1.0, gap=1.0)
+    return tuple(g.name for g in arm), tuple(g.name for g in head)
+
+
+def _ramp_servos(spec: mujoco.MjSpec, anatomy: Anatomy) -> list[Any]:
+    """Give each position servo an integrator, so that its set-point ramps inside MuJoCo at the speed in `ctrl`."""
+    servos = []
+    for name in (*anatomy.arm.joints, *anatomy.head.joints):
+        servo = next((a for a in spec.actuators if a.target == name and _is_position_servo(a)), None)
+        if servo is None:
+            raise BodyError(
+                f"The joint {name!r} of {anatomy.model} has no position servo. Add "
+                f'<actuator><position joint="{name}" kp="..." kv="..."/></actuator>, or use the kinematic motion.'
+            )
+        servo.dyntype = mujoco.mjtDyn.mjDYN_INTEGRATOR
+        servo.ctrllimited = False
+        servos.append(servo)
+    return servos
+
+
+def _is_position_servo(actuator: Any) -> bool:
+    """Whether an actuator of a spec pulls a joint towards its control value, as `<position>` does, without a filter."""
+    pulls = actuator.gainprm[0] == -actuator.biasprm[1] != 0 and actuator.gear[0] == 1
+    return bool(pulls and int(actuator.trntype) == _JOINT and actuator.dyntype == _NO_DYNAMICS)
+
+
+def _solids(body: Any) -> list[Any]:
+    """The geoms of a body and of all that hang on it which can touch anything."""
+    own = [g for g in body.geoms if g.contype or g.conaffinity]
+    return own + [g for child in body.bodies for g in _solids(child)]

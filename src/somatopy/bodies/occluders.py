@@ -1,0 +1,50 @@
+"""What of a MuJoCo model can stand between camera and marker."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+
+from somatopy.bodies.marker import SITE
+from somatopy.percept import Floats, Shapes
+
+__all__ = ["Occluders"]
+
+_SPHERE, _CAPSULE, _ELLIPSOID, _CYLINDER, _BOX, _MESH = 2, 3, 4, 5, 6, 7  # MuJoCo's geom types
+_INVISIBLE_GROUP = 3  # MuJoCo draws groups 0 to 2
+
+
+class Occluders:
+    """The shapes of a model that are drawn and are neither the marker nor endless.
+
+    What is no primitive shape (a mesh) counts as the ellipsoid inside its box.
+
+    Args:
+        model: the compiled model.
+
+    Attributes:
+        shapes: kinds and sizes.
+    """
+
+    def __init__(self, model: mujoco.MjModel) -> None:
+        opacity = np.where(model.geom_matid >= 0, model.mat_rgba[model.geom_matid, 3], model.geom_rgba[:, 3])
+        shown = (opacity > 0) & (model.geom_group < _INVISIBLE_GROUP)
+        shown &= np.isin(model.geom_type, [_SPHERE, _CAPSULE, _ELLIPSOID, _CYLINDER, _BOX, _MESH])
+        shown[model.geom(SITE).id] = False
+        self._geoms = np.flatnonzero(shown)
+        kinds, sizes = model.geom_type[self._geoms].astype(np.int64), model.geom_size[self._geoms].copy()
+        odd = kinds == _MESH
+        boxes = model.geom_aabb[self._geoms]
+        self._offsets = np.where(odd[:, None], boxes[:, :3], 0.0)
+        sizes[odd], kinds[odd] = boxes[odd, 3:], _ELLIPSOID
+        sizes[kinds == _SPHERE] = sizes[kinds == _SPHERE][:, :1]
+        reach = np.where(odd, np.linalg.norm(sizes, axis=1), model.geom_rbound[self._geoms])
+        self.shapes = Shapes(kinds, np.column_stack([sizes, reach]))
+
+    def poses(self, data: mujoco.MjData) -> Floats:
+        """Position and rotation (row by row) of each shape in `data`, shape (n, 12)."""
+        poses = np.empty((len(self._geoms), 12))
+        poses[:, :3], poses[:, 3:] = data.geom_xpos[self._geoms], data.geom_xmat[self._geoms]
+        if self._offsets.any():
+            poses[:, :3] += np.einsum("nij,nj->ni", poses[:, 3:].reshape(-1, 3, 3), self._offsets)
+        return poses
