@@ -24,6 +24,7 @@ LAYERS = (
     ("learners", "babbling", "bodies", "eyes"),
     ("links", "maps"),
     ("percept",),
+    ("contract",),
     ("_jit",),
 )
 DEPTH = {part: depth for depth, layer in enumerate(LAYERS) for part in layer}

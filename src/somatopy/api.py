@@ -1,16 +1,25 @@
-"""The experiment in one call, for scripts and notebooks."""
+"""An experiment in one call: run it, resume it, fork it."""
 
 from __future__ import annotations
 
+import shutil
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
+
+import pyarrow.compute as pc
 
 from somatopy.analysis import load_run
 from somatopy.analysis.runs import Run
 from somatopy.analysis.summary import write_summary
-from somatopy.experiment import Description, Experiment
-from somatopy.experiment.recorder import prepare_folder
+from somatopy.experiment import Description, DescriptionError, Experiment, load_description
+from somatopy.experiment.ceiling import ceiling
+from somatopy.experiment.checkpoint import FILE, read_checkpoint
+from somatopy.experiment.recorder import prepare_folder, write_json
 
-__all__ = ["run"]
+__all__ = ["finish", "fork", "reopen", "resume", "run"]
+
+Watch = Callable[[Experiment], bool]
 
 
 def run(description: Description, out: str | Path | None = None) -> Run:
@@ -31,6 +40,74 @@ def run(description: Description, out: str | Path | None = None) -> Run:
     experiment = Experiment(description)
     folder = prepare_folder(out, description)
     experiment.run(folder)
+    return finish(experiment, folder)
+
+
+def resume(folder: str | Path) -> Run:
+    """Continue an interrupted or killed run bit for bit, then the analysis; a finished run is only analysed.
+
+    Raises:
+        DescriptionError: no run folder, a broken checkpoint, or another process runs in it.
+    """
+    folder = Path(folder)
+    experiment = reopen(folder)
+    experiment.run(folder)
+    return finish(experiment, folder)
+
+
+def fork(folder: str | Path, description: Description, phase: int = 0, out: str | Path | None = None) -> Run:
+    """Run other phases after a phase that has ended already: one training, many continuations.
+
+    Args:
+        folder: a run folder whose phase `phase` has ended.
+        description: the new experiment; up to and including that phase it must be the old one.
+        phase: the last phase to take over.
+        out: the new run folder, new or empty; runs/<time>_<name>_seed<k> if None.
+
+    Raises:
+        DescriptionError: that phase has not ended, or the descriptions differ before it ends.
+    """
+    folder = Path(folder)
+    old = load_description(folder / "experiment.toml")
+    shared = {"name": description.name, "phases": old.phases[: phase + 1]}
+    if old.model_copy(update=shared) != description.model_copy(update={"phases": description.phases[: phase + 1]}):
+        raise DescriptionError(f"The description differs from that of {folder} before the end of phase {phase}.")
+    experiment = Experiment(description)
+    experiment.restore(read_checkpoint(folder / f"phase-{phase}.npz"))
+    target = prepare_folder(out, description)
+    for part in sorted((folder / "frames").glob("part-*.parquet"))[: experiment.parts]:
+        shutil.copy2(part, target / "frames")
+    experiment.run(target)
+    return finish(experiment, target)
+
+
+def reopen(folder: Path) -> Experiment:
+    """The experiment of a run folder, standing at its last checkpoint, or at its beginning if there is none.
+
+    Raises:
+        DescriptionError: no run folder, or a broken checkpoint.
+    """
+    experiment = Experiment(load_description(folder / "experiment.toml"))
+    if (folder / FILE).exists():
+        experiment.restore(read_checkpoint(folder / FILE))
+    return experiment
+
+
+def finish(experiment: Experiment, folder: Path) -> Run:
+    """What comes after the last frame: the ceiling of this trajectory, then the summary."""
     opened = load_run(folder)
+    names = [f"arm_{name}_rad" for name in experiment.body.arm.names]
+    table = opened.frames(["phase", *names])
+    arms = [
+        _matrix(table.filter(pc.equal(table["phase"], index)), names)
+        for index in range(len(experiment.description.phases))
+    ]
+    write_json(folder / "ceiling.json", ceiling(experiment.body, arms))
     write_summary(opened)
     return opened
+
+
+def _matrix(table: Any, names: list[str]) -> Any:
+    import numpy as np
+
+    return np.column_stack([table[name].to_numpy() for name in names])

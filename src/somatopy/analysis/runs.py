@@ -110,6 +110,24 @@ class Run:
         """cost.json (wall_s, frames_per_s, peak_memory_bytes), or None where there is none (yet)."""
         return _read_json(self.path / "cost.json")
 
+    @property
+    def ceiling(self) -> dict[str, Any] | None:
+        """ceiling.json: what was possible at all, and without look-ahead; None where it was not computed."""
+        return _read_json(self.path / "ceiling.json")
+
+    @property
+    def snapshots(self) -> tuple[Path, ...]:
+        """The maps and links at window ends, in order; see `somatopy.analysis.snapshots`."""
+        return tuple(sorted((self.path / "maps").glob("window-*.npz")))
+
+    @property
+    def controls(self) -> dict[str, Run]:
+        """Runs of the same seed that show what less learning scores, by name."""
+        return {
+            entry.parent.name: load_run(entry.parent)
+            for entry in sorted((self.path / "controls").glob("*/experiment.toml"))
+        }
+
 
 def load_run(path: str | os.PathLike[str]) -> Run:
     """Open a run folder.

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from somatopy.analysis.bounds import ceiling_rates, ceiling_shares, efficiency, reactive_rate
 from somatopy.analysis.runs import Run, RunFolderError
 from somatopy.analysis.trends import fit_trends
 from somatopy.analysis.windows import hits_per_window, moving_mean
@@ -26,7 +27,7 @@ def summarise(run: Run) -> dict[str, Any]:
     learner does not record, is None; `hits_per_window` is empty without a full window, `trends` has one entry a
     segment. Distortion is the mean winner distance of the last 1,800 inputs after the update, in [0, 1] units, running
     on across phase borders: at the phase's first frame with 1,800 inputs behind it, its maximum in the phase, and at
-    the phase's last frame (the paper, section IV and Fig. 4).
+    the phase's last frame (the paper, section IV and Fig. 4). Efficiency, and both bounds, need ceiling.json.
 
     Args:
         run: an open run folder.
@@ -41,15 +42,17 @@ def summarise(run: Run) -> dict[str, Any]:
     distortions = {side: _distortion(run, f"{side}_distance") for side in ("arm", "head")}
     phases = _setting(run, "phases")
     borders = np.searchsorted(phase_of_frame, np.arange(len(phases) + 1))
+    shares = [*(ceiling_shares(run) or []), *[None] * len(phases)][: len(phases)]
     return {
         "seed": _setting(run, "seed"),
         "eye": _setting(run, "eye", "kind"),
         "motion": _setting(run, "body", "motion"),
         "learner": _setting(run, "learner", "kind"),
-        "ceiling_rate": None,
+        "ceiling_rate": ceiling_rates(run)[0],
+        "reactive_rate": reactive_rate(run),
         "phases": [
-            _phase(phase, hits[start:stop], {side: mean[start:stop] for side, mean in distortions.items()})
-            for phase, (start, stop) in zip(phases, pairwise(borders), strict=True)
+            _phase(phase, hits[start:stop], {side: mean[start:stop] for side, mean in distortions.items()}, ceiling)
+            for phase, (start, stop), ceiling in zip(phases, pairwise(borders), shares, strict=True)
         ],
     }
 
@@ -67,7 +70,9 @@ def write_summary(run: Run) -> dict[str, Any]:
     return summary
 
 
-def _phase(phase: dict[str, Any], hits: NDArray[np.bool_], distortions: dict[str, Floats]) -> dict[str, Any]:
+def _phase(
+    phase: dict[str, Any], hits: NDArray[np.bool_], distortions: dict[str, Floats], ceiling: list[float] | None
+) -> dict[str, Any]:
     total, counts = int(hits.sum()), hits_per_window(hits)
     trends = fit_trends(counts, phase.get("trend_breaks", ()))
     return {
@@ -76,7 +81,7 @@ def _phase(phase: dict[str, Any], hits: NDArray[np.bool_], distortions: dict[str
         "hits": total,
         "rate": total / len(hits) if len(hits) else None,
         "hits_per_window": counts.tolist(),
-        "efficiency_per_window": None,
+        "efficiency_per_window": None if ceiling is None else efficiency(counts.tolist(), ceiling),
         "trends": [None if trend is None else asdict(trend) for trend in trends],
         "arm_distortion": _landmarks(distortions["arm"]),
         "head_distortion": _landmarks(distortions["head"]),

@@ -1,4 +1,11 @@
-"""Linear trends of hits per window, fitted anew in each segment of a phase (section IV of the paper)."""
+"""Linear trends of hits per window, fitted anew in each segment of a phase (section IV of the paper).
+
+Windows that follow each other are alike, so that the textbook's standard error is too small. Here it is robust to
+autocorrelation (Newey and West 1987, as statsmodels computes it): Bartlett weights up to lag
+floor(4 (n / 100)^(2/9)), which is 3 for the 39 windows of the paper's first phase, and the small-sample factor
+n / (n - 2). With few windows that estimate is itself unsure and more often too small than too large; so the larger of
+it and the textbook's is taken, and intervals use Student's t with n - 2 degrees of freedom.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +16,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike
 
-__all__ = ["MIN_WINDOWS", "Trend", "fit_trend", "fit_trends", "segments"]
+from somatopy.percept import Floats
+
+__all__ = ["MIN_WINDOWS", "Trend", "fit_trend", "fit_trends", "lag_of", "mean_se", "newey_west", "quantile", "segments"]
 
 MIN_WINDOWS = 3
 
@@ -22,7 +31,7 @@ class Trend:
         first: first window of the segment, counted inside its phase.
         last: last window of the segment, included.
         slope: change of hits per window from one window to the next.
-        slope_se: standard error of the slope, as if the residuals were independent.
+        slope_se: standard error of the slope, see above.
         intercept: hits in a window at k = 0.
 
     Example:
@@ -56,12 +65,67 @@ def fit_trend(counts: ArrayLike, first: int = 0) -> Trend | None:
     if len(values) < MIN_WINDOWS:
         return None
     last = first + len(values) - 1
-    if np.ptp(values) == 0:  # without scatter linregress gives no standard error
+    if np.ptp(values) == 0:  # spared the rounding, so that windows without scatter give a plain 0
         return Trend(first, last, 0.0, 0.0, float(values[0]))
-    from scipy.stats import linregress
+    design = np.column_stack([np.ones(len(values)), np.arange(len(values))])
+    (intercept, slope), errors = _least_squares(design, values)
+    return Trend(first, last, slope, errors[1], intercept)
 
-    fit = linregress(np.arange(len(values)), values)
-    return Trend(first, last, float(fit.slope), float(fit.stderr), float(fit.intercept))
+
+def newey_west(design: Floats, residuals: Floats) -> Floats:
+    """Autocorrelation-robust standard errors of the coefficients of a least-squares fit.
+
+    Args:
+        design: regressors, rows in the order of time, shape (n, p).
+        residuals: shape (n,).
+
+    Returns:
+        Shape (p,).
+    """
+    from statsmodels.stats.sandwich_covariance import cov_hac
+
+    covariance = cov_hac((design * residuals[:, None], np.linalg.inv(design.T @ design)), lag_of(len(design)))
+    errors: Floats = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    return errors
+
+
+def lag_of(windows: int) -> int:
+    """The longest lag that the standard errors of so many windows regard (Newey and West's rule of thumb).
+
+    Example:
+        >>> lag_of(39), lag_of(14), lag_of(7), lag_of(3)
+        (3, 2, 2, 1)
+    """
+    return int(4 * (windows / 100) ** (2 / 9))
+
+
+def quantile(windows: int, parameters: int = 2) -> float:
+    """How many standard errors a 95 % interval reaches to each side, by Student's t.
+
+    Example:
+        >>> round(quantile(39), 3), round(quantile(7), 3)
+        (2.026, 2.571)
+    """
+    from scipy.special import stdtrit
+
+    return float(stdtrit(windows - parameters, 0.975))
+
+
+def mean_se(counts: ArrayLike) -> float | None:
+    """Standard error of the mean of successive counts, robust to their autocorrelation; None below three."""
+    values = np.asarray(counts, dtype=np.float64)
+    if len(values) < MIN_WINDOWS:
+        return None
+    return _least_squares(np.ones((len(values), 1)), values)[1][0] if np.ptp(values) else 0.0
+
+
+def _least_squares(design: Floats, values: Floats) -> tuple[list[float], list[float]]:
+    """Coefficients and the larger of their two standard errors."""
+    coefficients = np.linalg.lstsq(design, values)[0]
+    residuals = values - design @ coefficients
+    variance = residuals @ residuals / (len(design) - design.shape[1])
+    textbook = np.sqrt(variance * np.diag(np.linalg.inv(design.T @ design)))
+    return coefficients.tolist(), np.maximum(textbook, newey_west(design, residuals)).tolist()
 
 
 def segments(windows: int, breaks: Sequence[int] = ()) -> list[range]:

@@ -175,6 +175,20 @@ class MujocoBody:
             self._renderers[key] = Renderer(self.model, *key)
         return self._renderers[key].render(self.data)
 
+    def place(self, arm: ArrayLike, head: ArrayLike) -> Reading:
+        """Put the robot at rest into a posture, at once and without clipping, and sense; for pictures and tests.
+
+        Args:
+            arm: arm posture, shape (n_arm,), rad.
+            head: head posture, shape (n_head,), rad.
+        """
+        self._setpoint = np.concatenate([self._checked("arm", arm, self.arm), self._checked("head", head, self.head)])
+        self._target = self._setpoint.copy()
+        self.data.qpos[self._qpos], self.data.qvel[:] = self._setpoint, 0.0
+        if self.motion == "dynamic":
+            self.data.act[self._act] = self._setpoint
+        return self._sense(0.0)
+
     def view(self, arm: ArrayLike, head: ArrayLike) -> View:
         """True poses at any posture, without moving the robot; nothing is clipped.
 
@@ -191,12 +205,15 @@ class MujocoBody:
             refresh(self.model, self._imagined)
         return self._view(self._imagined)
 
+    def legal(self, head: ArrayLike) -> Floats:
+        """A head posture, shape (n_head,), rad, clipped to all limits, the coupled ones included."""
+        posture = np.concatenate([self.arm.lower, np.asarray(head, float)])
+        clip_targets(posture, self._lower, self._upper, *self._coupling)
+        return posture[self._n_arm :]
+
     def allows(self, head: ArrayLike) -> bool:
-        """Whether a head posture, shape (n_head,), rad, is inside all limits, the coupled ones included."""
-        wanted = np.concatenate([self.arm.lower, np.asarray(head, float)])
-        clipped = wanted.copy()
-        clip_targets(clipped, self._lower, self._upper, *self._coupling)
-        return bool((clipped == wanted).all())
+        """Whether a head posture, shape (n_head,), rad, is inside all limits."""
+        return bool((self.legal(head) == head).all())
 
     # -- moving and sensing ------------------------------------------------------------------------------------------
 

@@ -7,8 +7,9 @@ from collections.abc import Sequence
 
 from somatopy.bodies import BODIES, Anatomy
 from somatopy.cli.options import LEARNERS
-from somatopy.experiment import PRESETS, DescriptionError
+from somatopy.experiment import DescriptionError, paper
 from somatopy.experiment.description import NoDamage, OffsetDamage
+from somatopy.experiment.presets import CONTROLS
 
 __all__ = ["main"]
 
@@ -28,7 +29,8 @@ def main(args: Sequence[str]) -> int:
     if unknown := [a for a in args if a not in ("--json", "--debug")]:
         raise DescriptionError(f"Unknown option {unknown[0]}. Valid ones: --json, --debug.")
     table = {
-        "presets": {name: _line(make.__doc__) for name, make in PRESETS.items()},
+        "presets": {"paper": _line(paper.__doc__)}
+        | {f"paper-{name}": _line(control.__doc__) for name, control in CONTROLS.items()},
         "bodies": {name: Anatomy.load(path).name for name, path in BODIES.items()},
         "babbling ranges": {
             name: ", ".join(["mechanical", *Anatomy.load(path).ranges]) for name, path in BODIES.items()
@@ -42,7 +44,7 @@ def main(args: Sequence[str]) -> int:
     for title, entries in table.items():
         print(title)
         for name, text in entries.items():
-            print(f"  {name:<12}{text}")
+            print(f"  {name:<18}{text}")
     return 0
 
 

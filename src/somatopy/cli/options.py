@@ -15,15 +15,16 @@ from somatopy.experiment.description import (
     DescriptionError,
     FixedControl,
     Hebbian,
+    NearestControl,
     RandomControl,
     explain,
     frames_of,
     validated,
 )
 
-__all__ = ["Options", "parse"]
+__all__ = ["LEARNERS", "OnRun", "Options", "parse"]
 
-LEARNERS = {"hebbian": Hebbian, "random": RandomControl, "fixed": FixedControl}
+LEARNERS = {"hebbian": Hebbian, "random": RandomControl, "fixed": FixedControl, "nearest": NearestControl}
 
 _DAMAGES = "none|paper|offset:a,b,c,d"
 _OUT = "The run folder, new or empty; runs/<time>_<name>_seed<k> if none."
@@ -36,7 +37,9 @@ class Flags:
 
     eye: Annotated[Literal["fiducial", "geometric"] | None, tyro.conf.arg(help="What finds the marker.")] = None
     motion: Annotated[Literal["dynamic", "kinematic"] | None, tyro.conf.arg(help="Physics or none.")] = None
-    learner: Annotated[Literal["hebbian", "random", "fixed"] | None, tyro.conf.arg(help="What moves the head.")] = None
+    learner: Annotated[
+        Literal["hebbian", "random", "fixed", "nearest"] | None, tyro.conf.arg(help="What moves the head.")
+    ] = None
     minutes: Annotated[float | None, tyro.conf.arg(help="Robot time of the first phase.")] = None
     damage_minutes: Annotated[float | None, tyro.conf.arg(help="Robot time of the damaged phase.")] = None
     damage: Annotated[str | None, tyro.conf.arg(metavar=_DAMAGES, help="Damage of that phase.")] = None
@@ -163,3 +166,12 @@ def _damage(text: str) -> dict[str, Any]:
         except ValueError as error:
             raise DescriptionError(f"--damage {text!r}: {error}. Write numbers, rad, one a joint.") from error
     raise DescriptionError(f"--damage {text!r} is unknown; choose none, paper or offset:a,b,c,d (rad, one a joint).")
+
+
+@dataclass(frozen=True)
+class OnRun:
+    """What the commands that take a run folder share."""
+
+    run: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(help="The run folder.")]
+    json: Annotated[_Switch, tyro.conf.arg(help="Print one JSON object.")] = False
+    debug: Annotated[_Switch, tyro.conf.arg(help="Show tracebacks.")] = False

@@ -9,24 +9,22 @@ from time import perf_counter
 from types import FrameType
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from somatopy.experiment import Experiment
-from somatopy.experiment.recorder import prepare_folder
 
 __all__ = ["run_with_progress"]
 
 _REFRESH_S = 0.2
 
 
-def run_with_progress(experiment: Experiment, out: Path | None) -> Path:
-    """Run it into `out` and show how far it is.
+def run_with_progress(experiment: Experiment, folder: Path) -> None:
+    """Run it into `folder`, as `prepare_folder` made it, and show how far it is.
 
     Raises:
-        KeyboardInterrupt: on Ctrl-C, once the frame under way and the parts are written.
+        KeyboardInterrupt: on Ctrl-C, once the frame under way, the parts and a checkpoint are written.
     """
     console = Console(stderr=True)
-    folder = prepare_folder(out, experiment.description)
     interrupted = False
 
     def interrupt(number: int, frame: FrameType | None) -> None:
@@ -47,30 +45,28 @@ def run_with_progress(experiment: Experiment, out: Path | None) -> Path:
     try:
         with bar:
             task = bar.add_task(experiment.description.name, total=experiment.description.frames, rate="", hits="")
-            ticker = _Ticker(bar, task)
+            ticker = _Ticker(bar, task, experiment)
 
-            def watch(running: Experiment) -> None:
-                if interrupted:
-                    raise KeyboardInterrupt
+            def watch(running: Experiment) -> bool:
                 ticker.tick(running)
+                return interrupted
 
-            experiment.run(folder, watch)
+            ended = experiment.run(folder, watch)
             ticker.show(experiment)
-    except KeyboardInterrupt:
-        print(f"Interrupted after {experiment.done} frames; what was recorded is in {folder}.", file=sys.stderr)
-        raise
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
-    return folder
+    if not ended:
+        print(f"Interrupted after {experiment.done} frames. Go on with: somatopy resume {folder}", file=sys.stderr)
+        raise KeyboardInterrupt
 
 
 class _Ticker:
     """Updates the bar now and then, with the rates since the last update and over the last window."""
 
-    def __init__(self, bar: Progress, task: int) -> None:
+    def __init__(self, bar: Progress, task: TaskID, experiment: Experiment) -> None:
         self._bar, self._task = bar, task
-        self._at, self._done, self._hits = perf_counter(), 0, 0
+        self._at, self._done, self._hits = perf_counter(), experiment.done, experiment.hits
 
     def tick(self, experiment: Experiment) -> None:
         if perf_counter() - self._at >= _REFRESH_S:
@@ -81,5 +77,5 @@ class _Ticker:
         if frames:
             rate = f"{frames / (now - self._at):,.0f} frames/s"
             hits = f"{(experiment.hits - self._hits) / frames:.0%} now, {experiment.hits / experiment.done:.1%} so far"
-            self._bar.update(self._task, completed=experiment.done, rate=rate, hits=hits)  # type: ignore[arg-type]
+            self._bar.update(self._task, completed=experiment.done, rate=rate, hits=hits)
         self._at, self._done, self._hits = now, experiment.done, experiment.hits

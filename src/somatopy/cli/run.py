@@ -9,10 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from somatopy.analysis import load_run
-from somatopy.analysis.summary import write_summary
+from somatopy.api import finish
 from somatopy.cli.options import Options, parse
 from somatopy.cli.progress import run_with_progress
 from somatopy.experiment import PRESETS, Description, DescriptionError, Experiment, load_description
+from somatopy.experiment.recorder import prepare_folder
 
 __all__ = ["main", "result", "run_options"]
 
@@ -47,10 +48,11 @@ def _described(name: str) -> Description:
 
 
 def run_options(options: Options) -> Path:
-    """Run the experiment with a progress bar on standard error, then write summary.json; the run folder."""
+    """Run the experiment with a progress bar on standard error, then ceiling and summary; the run folder."""
     experiment = Experiment(options.description)
-    folder = run_with_progress(experiment, options.out)
-    write_summary(load_run(folder))
+    folder = prepare_folder(options.out, options.description)
+    run_with_progress(experiment, folder)
+    finish(experiment, folder)
     return folder
 
 

@@ -2,25 +2,30 @@
 
 from __future__ import annotations
 
+import math
 import zlib
 
 import numpy as np
 
 from somatopy.babbling import Babbler, UniformBabbler
-from somatopy.bodies import Body, MujocoBody
+from somatopy.bodies import FRAME, Body, MujocoBody
+from somatopy.experiment.ceiling import best_fixed_head
 from somatopy.experiment.damage import Damage, JointOffset, NoDamage
 from somatopy.experiment.description import (
+    FRAMES_PER_MINUTE,
     Description,
     DescriptionError,
     FixedControl,
     Geometric,
+    Hebbian,
     MapSettings,
+    NearestControl,
     OffsetDamage,
     Phase,
     RandomControl,
 )
 from somatopy.eyes import Eye, FiducialEye, GeometricEye
-from somatopy.learners import FixedGaze, HebbianLearner, Learner, RandomGaze
+from somatopy.learners import FixedGaze, HebbianLearner, Learner, NearestGaze, RandomGaze, Scale
 from somatopy.links import PositiveHebb
 from somatopy.maps import DSOM
 from somatopy.percept import Floats, JointGroup
@@ -45,49 +50,81 @@ def build_eye(description: Description, body: MujocoBody) -> Eye:
     """The eye behind the body's camera."""
     if isinstance(description.eye, Geometric):
         return GeometricEye(body.camera, body.marker, body.occluders)
-    return FiducialEye(body.camera, body.marker)
+    return FiducialEye(body.camera, body.marker, skip=description.eye.skip)
 
 
-def build_babbler(description: Description, body: MujocoBody, start: Floats) -> Babbler:
-    """The babbler, from the arm's posture at time 0."""
-    choice = description.babbling
-    bounds = babbling_bounds(choice.range, body) if isinstance(choice.range, str) else np.array(choice.range)
+def build_babbler(
+    description: Description, body: MujocoBody, start: Floats, rng: np.random.Generator | None = None
+) -> Babbler:
+    """The babbler, from the arm's posture at time 0, with random numbers of its own."""
+    bounds = babbling_range(description, body)
     try:
-        return UniformBabbler(body.arm, bounds, choice.speed, start, stream(description.seed, "babbling"))
+        return UniformBabbler(
+            body.arm, bounds, description.babbling.speed, start, rng or stream(description.seed, "babbling")
+        )
     except ValueError as error:
         raise DescriptionError(f"babbling: {error}") from error
 
 
-def babbling_bounds(name: str, body: MujocoBody) -> Floats:
-    """Low and high of each arm joint (n_arm, 2), rad, by the range's name.
+def babbling_range(description: Description, body: MujocoBody) -> Floats:
+    """Low and high of each arm joint (n_arm, 2), rad, in which the arm babbles.
 
     Raises:
-        DescriptionError: the body names no such range.
+        DescriptionError: the body has no range of that name.
     """
+    wanted = description.babbling.range
+    if not isinstance(wanted, str):
+        return np.array(wanted)
     ranges: dict[str, Floats] = {"mechanical": limits(body.arm)}
     ranges |= {key: np.array(value) for key, value in body.anatomy.ranges.items()}
-    if name not in ranges:
-        raise DescriptionError(f"babbling.range {name!r} is unknown to this body; choose one of {', '.join(ranges)}.")
-    return ranges[name]
+    if wanted not in ranges:
+        raise DescriptionError(f"babbling.range {wanted!r} is unknown to this body; choose one of {', '.join(ranges)}.")
+    return ranges[wanted]
 
 
-def build_learner(description: Description, body: Body) -> Learner:
-    """The learner, with random numbers of its own."""
-    choice, rng = description.learner, stream(description.seed, "learner")
+def build_learner(description: Description, body: MujocoBody, name: str = "learner") -> Learner:
+    """The learner, with random numbers of its own from the stream `name`."""
+    choice, rng = description.learner, stream(description.seed, name)
     if isinstance(choice, RandomControl):
         return RandomGaze(limits(body.head), rng)
+    if isinstance(choice, NearestControl):
+        return NearestGaze(limits(body.arm), limits(body.head), rng)
     if isinstance(choice, FixedControl):
-        check_posture("learner.head", choice.head, body.head)
-        return FixedGaze(choice.head)
+        head = best_fixed_head(body, babbled(description, body, 500)) if choice.head is None else np.array(choice.head)
+        check_posture("learner.head", head, body.head)
+        return FixedGaze(head)
+    return _build_hebbian(choice, description, body, rng)
+
+
+def _build_hebbian(
+    choice: Hebbian, description: Description, body: MujocoBody, rng: np.random.Generator
+) -> HebbianLearner:
+    arm_map = _build_map(choice.arm_map)
+    if choice.arm_codes == "sampled":
+        codes = babbled(description, body, math.prod(choice.arm_map.shape))
+        arm_map.set_params(init=Scale(limits(body.arm)).to_unit(codes))
     return HebbianLearner(
         limits(body.arm),
         limits(body.head),
         (body.camera.width, body.camera.height),
         rng,
-        arm_map=_build_map(choice.arm_map),
+        arm_map=arm_map,
         head_map=_build_map(choice.head_map),
         rule=PositiveHebb(choice.link_rate),
     )
+
+
+def babbled(description: Description, body: MujocoBody, count: int) -> Floats:
+    """Arm postures (count, n_arm), rad, drawn from 30 minutes of set-points of a babbling stream of their own."""
+    rng = stream(description.seed, "sampled babbling")
+    posture = limits(body.arm).mean(axis=1)
+    babbler = build_babbler(description, body, posture, rng)
+    stride = np.minimum(description.babbling.speed, body.arm.velocity) * FRAME
+    postures = np.empty((30 * FRAMES_PER_MINUTE, len(body.arm)))
+    for k in range(len(postures)):
+        posture = posture + np.clip(babbler.command(k * FRAME) - posture, -stride, stride)
+        postures[k] = posture
+    return postures[rng.choice(len(postures), count, replace=count > len(postures))]
 
 
 def _build_map(settings: MapSettings) -> DSOM:
@@ -115,7 +152,7 @@ def limits(group: JointGroup) -> Floats:
     return np.column_stack([group.lower, group.upper])
 
 
-def check_posture(key: str, posture: tuple[float, ...], group: JointGroup) -> None:
+def check_posture(key: str, posture: Floats, group: JointGroup) -> None:
     """Raise a DescriptionError that names the joint if a posture does not fit or leaves the limits."""
     if len(posture) != len(group):
         raise DescriptionError(

@@ -125,3 +125,31 @@ def reactive_hits(vantages: Vantages, stretches: Iterator[Floats], stride: Float
                 target = vantages.heads[np.lexsort((near, -value))[0]]
                 head = head + np.clip(target - head, -stride, stride)
         yield hits
+
+
+def best_fixed_head(body: MujocoBody, arms: Floats) -> Floats:
+    """The head posture that sees the hand at most of these arm postures, (n, n_arm), rad."""
+    vantages = Vantages.of(body)
+    counts = sum((vantages.seeing(arm).astype(int) for arm in arms), np.zeros(len(vantages.heads), int))
+    return vantages.heads[int(counts.argmax())]
+
+
+def ceiling(body: MujocoBody, arms_by_phase: list[Floats], window: int = 4500) -> dict[str, object]:
+    """The ceiling of a trajectory, as plain data."""
+    vantages = Vantages.of(body)
+    found = [reachable(vantages, arms[::EVERY]) for arms in arms_by_phase]
+    step = window // EVERY
+    return {
+        "eye": "geometric",
+        "grid": list(GRID),
+        "every": EVERY,
+        "rate": float(np.concatenate(found).mean()) if sum(map(len, found)) else None,
+        "phases": [
+            {
+                "rate": float(f.mean()) if len(f) else None,
+                "per_window": [float(f[k * step : (k + 1) * step].mean()) for k in range(len(a) // window)],
+            }
+            for f, a in zip(found, arms_by_phase, strict=True)
+        ],
+        "reactive": {"rate": None, "ceiling_rate": None, "frames": 0},
+    }

@@ -22,6 +22,7 @@ __all__ = [
     "Geometric",
     "Hebbian",
     "MapSettings",
+    "NearestControl",
     "NoDamage",
     "OffsetDamage",
     "Phase",
@@ -61,6 +62,7 @@ class Fiducial(_Table):
     """The rendered camera and OpenCV's marker detector."""
 
     kind: Literal["fiducial"] = "fiducial"
+    skip: bool = Field(True, description="Spare pictures in which the marker is provably out of view.")
 
 
 class Geometric(_Table):
@@ -101,6 +103,10 @@ class Hebbian(_Table):
     arm_map: MapSettings = MapSettings()
     head_map: MapSettings = MapSettings()
     link_rate: Positive = Field(0.01, description="eta of equation 3.")
+    arm_codes: Literal["uniform", "sampled"] = Field(
+        "uniform",
+        description="Start codes of the arm map: uniform in the joint ranges, or from 30 minutes of babbling.",
+    )
 
     @model_validator(mode="after")
     def _links_fit(self) -> Self:
@@ -123,7 +129,15 @@ class FixedControl(_Table):
     """Control: one head posture for ever."""
 
     kind: Literal["fixed"] = "fixed"
-    head: tuple[Finite, ...] = Field((0.0, 0.0), description="That posture, rad.")
+    head: tuple[Finite, ...] | None = Field(
+        None, description="That posture, rad; if none, the one that sees the hand most often while babbling."
+    )
+
+
+class NearestControl(_Table):
+    """Control: the head posture of the nearest arm posture at which the hand was seen, all hits remembered."""
+
+    kind: Literal["nearest"] = "nearest"
 
 
 class NoDamage(_Table):
@@ -140,7 +154,7 @@ class OffsetDamage(_Table):
 
 
 EyeChoice = Annotated[Fiducial | Geometric, Field(discriminator="kind")]
-LearnerChoice = Annotated[Hebbian | RandomControl | FixedControl, Field(discriminator="kind")]
+LearnerChoice = Annotated[Hebbian | RandomControl | FixedControl | NearestControl, Field(discriminator="kind")]
 Damage = Annotated[NoDamage | OffsetDamage, Field(discriminator="kind")]
 
 
@@ -151,6 +165,11 @@ class Phase(_Table):
     frames: int = Field(177_823, ge=0, description="Length, frames of 1/15 s.")
     damage: Damage = NoDamage()
     trend_breaks: tuple[int, ...] = Field((), description="Windows at which a new trend line starts.")
+    plastic: tuple[str, ...] | None = Field(None, description="Parts of the learner that learn; all of them if none.")
+    start: Literal["continue", "afresh", "shuffled"] = Field(
+        "continue",
+        description="What the learner brings into this phase: all it knows, nothing, or links in wrong rows.",
+    )
 
     @field_validator("trend_breaks")
     @classmethod

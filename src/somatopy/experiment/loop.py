@@ -2,22 +2,29 @@
 
 from __future__ import annotations
 
+import os
 import resource
-from collections.abc import Callable, Iterator
+import shutil
+from collections.abc import Callable
 from pathlib import Path
 from time import perf_counter
+from typing import Any
 
 from somatopy.experiment.build import build_babbler, build_body, build_damage, build_eye, build_learner, stream
-from somatopy.experiment.damage import Damage
-from somatopy.experiment.description import Description
-from somatopy.experiment.recorder import Recorder, write_json
+from somatopy.experiment.checkpoint import FILE, locked, write_checkpoint
+from somatopy.experiment.description import Description, Fiducial
+from somatopy.experiment.recorder import PART_FRAMES, Recorder, write_json
+from somatopy.learners import HebbianLearner
 from somatopy.percept import Percept
 
-__all__ = ["Experiment"]
+__all__ = ["CHECKPOINT_S", "Experiment"]
+
+#: Wall time between two checkpoints.
+CHECKPOINT_S = 20.0
 
 
 class Experiment:
-    """Robot, eye, babbler, learner and damages of a description, ready to run once.
+    """Robot, eye, babbler, learner and damages of a description, ready to run.
 
     Building it finds all that is wrong with a description, the camera included, before anything is written.
 
@@ -49,46 +56,115 @@ class Experiment:
             self.learner = build_learner(description, self.body)
             self._damages = [build_damage(phase, self.body) for phase in description.phases]
             self._damage_rng = stream(description.seed, "damage")
-            self.eye.look(self._reading)
+            if isinstance(description.eye, Fiducial):
+                self.body.picture()
         except BaseException:
             self.body.close()
             raise
+        self._has_run = False
+        self._plastic = self.learner.plastic
+        self._recorded: dict[str, Any] = {"part": 0, "frame": 0, "row": 0, "rows": {}}
+        self._began, self._wall_before = perf_counter(), 0.0
         self.done = self.hits = 0
         self.seconds = dict.fromkeys(("physics", "render", "detect", "babble", "damage", "learn", "record"), 0.0)
 
-    def run(self, folder: Path, watch: Callable[[Experiment], None] | None = None) -> None:
-        """Run all phases, once, and write what happens.
+    def run(self, folder: Path, watch: Callable[[Experiment], bool] | None = None) -> bool:
+        """Run all phases from where the experiment stands, and write what happens.
+
+        A checkpoint is written every `CHECKPOINT_S` seconds, at the end of each phase and when the run is stopped.
 
         Args:
             folder: the run folder, as `prepare_folder` made it.
-            watch: called after every frame; may raise to stop the run, which keeps what was recorded.
+            watch: called after every frame; says whether to stop.
+
+        Returns:
+            Whether all phases have ended.
 
         Raises:
-            RuntimeError: it has run already.
+            DescriptionError: another process runs in this folder.
+            RuntimeError: this object has run already.
         """
-        if self.done:
+        if self._has_run:
             raise RuntimeError("This experiment has run already; build a new one from its description.")
-        recorder = Recorder(folder, self.description, self.body.arm, self.body.head, self.learner.probes())
-        start, self.body.render_s = perf_counter(), 0.0
-        try:
-            for phase, damage in self._frames():
-                self._frame(phase, damage, recorder)
-                if watch is not None:
-                    watch(self)
-        finally:
-            recorder.close()
-            self.body.close()
-            write_json(folder / "cost.json", self._cost(perf_counter() - start))
+        self._has_run = True
+        with locked(folder):
+            recorder = Recorder(folder, self.description, self.body.arm, self.body.head, self.learner.probes())
+            recorder.restore(self._recorded)
+            self._began, self.body.render_s = perf_counter(), 0.0
+            try:
+                return all(self._phase(index, folder, recorder, watch) for index in range(len(self._damages)))
+            finally:
+                recorder.close()
+                self.body.close()
+                write_json(folder / "cost.json", self._cost())
 
-    def _frames(self) -> Iterator[tuple[int, Damage]]:
-        """Phase index and damage of each frame; damages injure the body when a phase begins and heal it after."""
-        for index, (phase, damage) in enumerate(zip(self.description.phases, self._damages, strict=True)):
-            damage.injure(self.body)
-            for _ in range(phase.frames):
-                yield index, damage
-            damage.heal(self.body)
+    def _phase(self, index: int, folder: Path, recorder: Recorder, watch: Callable[[Experiment], bool] | None) -> bool:
+        """What is left of one phase; whether it has ended."""
+        first = sum(phase.frames for phase in self.description.phases[:index])
+        last = first + self.description.phases[index].frames
+        if self.done >= last:
+            return True
+        self._prepare(index, afresh=self.done == first)
+        saved = perf_counter()
+        while self.done < last:
+            self._frame(index, recorder)
+            if self.done % PART_FRAMES == 0:
+                recorder.keep_maps(self.learner.maps())
+            stop = watch is not None and watch(self)
+            if stop or perf_counter() - saved > CHECKPOINT_S:
+                write_checkpoint(folder / FILE, self.state(recorder))
+                saved = perf_counter()
+            if stop and self.done < last:
+                return False
+        self._damages[index].heal(self.body)
+        write_checkpoint(folder / f"phase-{index}.npz", self.state(recorder))
+        shutil.copyfile(folder / f"phase-{index}.npz", folder / (FILE + ".partial"))
+        os.replace(folder / (FILE + ".partial"), folder / FILE)
+        return True
 
-    def _frame(self, phase: int, damage: Damage, recorder: Recorder) -> None:
+    def _prepare(self, index: int, afresh: bool) -> None:
+        """Injure the body for a phase, say which parts learn, and change the learner if it begins here."""
+        phase = self.description.phases[index]
+        self._damages[index].injure(self.body)
+        if afresh and phase.start == "afresh":
+            self.learner = build_learner(self.description, self.body, f"learner of phase {index}")
+        if afresh and phase.start == "shuffled" and isinstance(self.learner, HebbianLearner):
+            self.learner.shuffle_links(stream(self.description.seed, "shuffle"))
+        if phase.plastic is not None:
+            self.learner.plastic = frozenset(phase.plastic)
+        else:
+            self.learner.plastic = self._plastic
+
+    @property
+    def parts(self) -> int:
+        """Finished parts of frames/ up to where the experiment stands."""
+        return int(self._recorded["part"])
+
+    def state(self, recorder: Recorder) -> dict[str, Any]:
+        """All that a bit-exact continuation needs, as arrays and plain values."""
+        return {
+            "body": self.body.state(),
+            "babbler": self.babbler.state(),
+            "learner": self.learner.state(),
+            "damage_rng": self._damage_rng.bit_generator.state,
+            "recorder": recorder.state(),
+            "done": self.done,
+            "hits": self.hits,
+            "seconds": self.seconds,
+            "wall_s": self._wall(),
+        }
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Stand where a `state()` of the same description stood."""
+        self._reading = self.body.restore(state["body"])
+        self.babbler.restore(state["babbler"])
+        self.learner.restore(state["learner"])
+        self._damage_rng.bit_generator.state = state["damage_rng"]
+        self._recorded = state["recorder"]
+        self.done, self.hits = int(state["done"]), int(state["hits"])
+        self.seconds, self._wall_before = dict(state["seconds"]), float(state["wall_s"])
+
+    def _frame(self, phase: int, recorder: Recorder) -> None:
         """One frame of 1/15 s. The order is an invariant of the experiment."""
         reading, rendered, clock = self._reading, self.body.render_s, _Clock(self.seconds)
         sighting = self.eye.look(reading)  # 1 sense
@@ -98,7 +174,7 @@ class Experiment:
         percept = Percept(
             reading.time, reading.arm, reading.head, reading.arm_command, reading.head_command, sighting, reading.dt
         )
-        percept = damage.sense(percept, self._damage_rng)  # 3 damage
+        percept = self._damages[phase].sense(percept, self._damage_rng)  # 3 damage
         clock.lap("damage")
         self.learner.observe(percept)  # 4 to 7: normalise, maps learn, winners, links learn
         gaze = self.learner.gaze(percept)  # 8 gaze
@@ -112,7 +188,11 @@ class Experiment:
         self.done += 1
         self.hits += sighting is not None
 
-    def _cost(self, wall: float) -> dict[str, object]:
+    def _wall(self) -> float:
+        return self._wall_before + perf_counter() - self._began
+
+    def _cost(self) -> dict[str, object]:
+        wall = self._wall()
         return {
             "wall_s": wall,
             "frames": self.done,

@@ -1,10 +1,23 @@
-"""Experiments that come with somatopy."""
+"""Experiments that come with somatopy: the paper's, and its controls."""
 
 from __future__ import annotations
 
-from somatopy.experiment.description import Babbling, Description, NoDamage, OffsetDamage, Phase
+from collections.abc import Callable
+from functools import partial
 
-__all__ = ["PRESETS", "paper"]
+from somatopy.experiment.description import (
+    Babbling,
+    Description,
+    FixedControl,
+    Hebbian,
+    NearestControl,
+    NoDamage,
+    OffsetDamage,
+    Phase,
+    RandomControl,
+)
+
+__all__ = ["CONTROLS", "PRESETS", "paper"]
 
 
 def paper() -> Description:
@@ -24,5 +37,86 @@ def paper() -> Description:
     )
 
 
-#: Presets by name.
-PRESETS = {"paper": paper}
+def random(described: Description) -> Description:
+    """Uniform random head postures: what ignorance scores."""
+    return described.replaced(learner=RandomControl())
+
+
+def fixed(described: Description) -> Description:
+    """The single head posture that sees the hand most often while babbling."""
+    return described.replaced(learner=FixedControl())
+
+
+def nearest(described: Description) -> Description:
+    """The nearest remembered hit: experience without a map."""
+    return described.replaced(learner=NearestControl())
+
+
+def frozen(described: Description) -> Description:
+    """Maps that never learn; links do."""
+    return described.replaced(phases=[_with(phase, plastic=("links",)) for phase in described.phases])
+
+
+def sampled(described: Description) -> Description:
+    """An arm map drawn from 30 minutes of other babbling, and frozen; links learn."""
+    return frozen(described.replaced(learner=Hebbian(arm_codes="sampled")))
+
+
+def shuffled(described: Description) -> Description:
+    """After the first phase the rows of the links change places, and nothing learns for three windows."""
+    after = Phase(name="shuffled", frames=3 * 4500, plastic=(), start="shuffled")
+    return described.replaced(phases=[described.phases[0], after])
+
+
+def scratch(described: Description) -> Description:
+    """A learner that begins anew with each phase after the first."""
+    return described.replaced(phases=[described.phases[0], *(_with(p, start="afresh") for p in described.phases[1:])])
+
+
+def stopped(described: Description) -> Description:
+    """Nothing learns after the first phase."""
+    return _plastic_after(described, ())
+
+
+def links_only(described: Description) -> Description:
+    """Only links learn after the first phase."""
+    return _plastic_after(described, ("links",))
+
+
+def maps_only(described: Description) -> Description:
+    """Only maps learn after the first phase."""
+    return _plastic_after(described, ("arm_map", "head_map"))
+
+
+def _plastic_after(described: Description, parts: tuple[str, ...]) -> Description:
+    return described.replaced(phases=[described.phases[0], *(_with(p, plastic=parts) for p in described.phases[1:])])
+
+
+def _with(phase: Phase, **changes: object) -> Phase:
+    return phase.model_copy(update=changes)
+
+
+#: What each control makes of an experiment, by name.
+CONTROLS: dict[str, Callable[[Description], Description]] = {
+    "random": random,
+    "fixed": fixed,
+    "frozen": frozen,
+    "sampled": sampled,
+    "nearest": nearest,
+    "shuffled": shuffled,
+    "scratch": scratch,
+    "stopped": stopped,
+    "links-only": links_only,
+    "maps-only": maps_only,
+}
+
+
+def _preset(control: Callable[[Description], Description], name: str) -> Description:
+    return control(paper()).model_copy(update={"name": name})
+
+
+#: Presets by name: the paper's experiment, and each control of it.
+PRESETS: dict[str, Callable[[], Description]] = {
+    "paper": paper,
+    **{f"paper-{name}": partial(_preset, control, f"paper-{name}") for name, control in CONTROLS.items()},
+}

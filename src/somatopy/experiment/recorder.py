@@ -124,6 +124,7 @@ class Recorder:
             self._columns[name] = self._vectors[:, k]
         self._probes = tuple(probes)
         self._row = self._part = self._frame = 0
+        (folder / "frames").mkdir(exist_ok=True)
         table = _without_none(description.model_dump(mode="json"))
         table |= {"cite": list(CITE), "versions": {name: version(name) for name in _PACKAGES}}
         (folder / "experiment.toml").write_text(tomli_w.dumps(table))
@@ -149,6 +150,32 @@ class Recorder:
         self._frame += 1
         if self._row == PART_FRAMES:
             self._write_part()
+
+    def keep_maps(self, maps: dict[str, Any]) -> None:
+        """Write what was learned so far, if there is anything, at the end of a window."""
+        if not maps:
+            return
+        folder = self._folder / "maps"
+        folder.mkdir(exist_ok=True)
+        target = folder / f"window-{self._frame // PART_FRAMES - 1:05d}.npz"
+        aside = target.with_suffix(".partial")
+        with aside.open("wb") as file:
+            np.savez_compressed(file, allow_pickle=False, frame=np.array(self._frame), **maps)
+        os.replace(aside, target)
+
+    def state(self) -> dict[str, Any]:
+        """Counts, and the rows in memory."""
+        rows = {name: column[: self._row].copy() for name, column in self._columns.items()}
+        return {"part": self._part, "frame": self._frame, "row": self._row, "rows": rows}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Continue from `state`; parts that were written after it are deleted."""
+        self._part, self._frame, self._row = int(state["part"]), int(state["frame"]), int(state["row"])
+        for name, rows in state["rows"].items():
+            self._columns[name][: self._row] = rows
+        for part in (self._folder / "frames").iterdir():
+            if part.suffix == ".partial" or int(part.stem.removeprefix("part-")) >= self._part:
+                part.unlink()
 
     def close(self) -> None:
         """Write the rows that are still in memory."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
+from somatopy.eyes.frustum import may_be_seen, optics
 from somatopy.percept import Camera, Floats, Image, Marker, Reading, Sighting
 
 __all__ = ["FiducialEye"]
@@ -19,6 +20,8 @@ class FiducialEye:
     Args:
         camera: size and focal length of the pictures.
         marker: sizes, ids and dictionary of the tags; the dictionary is cut down to these ids.
+        skip: whether to spare pictures that can show no tag, where the body knows its true poses. The test is
+            conservative (see `frustum`): the answers are the same with it and without.
 
     Example:
         >>> from somatopy.bodies import MujocoBody
@@ -30,7 +33,7 @@ class FiducialEye:
         True
     """
 
-    def __init__(self, camera: Camera, marker: Marker) -> None:
+    def __init__(self, camera: Camera, marker: Marker, skip: bool = True) -> None:
         if not hasattr(cv2.aruco, marker.dictionary):
             names = [name for name in dir(cv2.aruco) if name.startswith("DICT_")]
             raise ValueError(f"OpenCV has no tag dictionary {marker.dictionary!r}. Available: {', '.join(names)}.")
@@ -41,6 +44,7 @@ class FiducialEye:
         parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_CONTOUR
         self._detector = cv2.aruco.ArucoDetector(kept, parameters)
         self._ids = marker.ids
+        self._skip, self._optics = skip, optics(camera, marker)
         self._shape = (camera.height, camera.width, 3)
         u, v = camera.centre
         self._intrinsics = np.array([[camera.focal, 0, u], [0, camera.focal, v], [0, 0, 1]])
@@ -54,6 +58,9 @@ class FiducialEye:
         Raises:
             ValueError: the reading has no picture, or one of another size than the camera's.
         """
+        view = reading.view
+        if self._skip and view is not None and not may_be_seen(view.camera, view.marker, *self._optics):
+            return None
         if reading.image is None:
             raise ValueError("This body takes no pictures; the fiducial eye needs some. Use another eye.")
         image = reading.image()

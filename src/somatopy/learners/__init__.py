@@ -3,5 +3,6 @@
 from somatopy.learners.base import Learner, Scale
 from somatopy.learners.controls import FixedGaze, RandomGaze
 from somatopy.learners.hebbian import HebbianLearner, centring
+from somatopy.learners.nearest import NearestGaze
 
-__all__ = ["FixedGaze", "HebbianLearner", "Learner", "RandomGaze", "Scale", "centring"]
+__all__ = ["FixedGaze", "HebbianLearner", "Learner", "NearestGaze", "RandomGaze", "Scale", "centring"]

@@ -38,6 +38,10 @@ class Learner(Protocol):
         """Figures of the last observed frame for the recorder, the same keys in every frame."""
         ...
 
+    def maps(self) -> dict[str, Any]:
+        """Arrays worth keeping at window ends, to show what was learned; {} if there are none."""
+        ...
+
     def state(self) -> dict[str, Any]:
         """All that a bit-exact continuation needs, random numbers included."""
         ...
@@ -67,6 +71,11 @@ class Scale:
             raise ValueError(f"Joint limits need shape (n, 2) with low below high, not {array.tolist()}.")
         self.low = array[:, 0].copy()
         self.span = array[:, 1] - array[:, 0]
+
+    @property
+    def limits(self) -> Floats:
+        """Low and high of each joint, shape (n, 2), rad."""
+        return np.column_stack([self.low, self.low + self.span])
 
     def to_unit(self, angles: ArrayLike) -> Floats:
         """Shape (n,), rad, to [0, 1] units."""

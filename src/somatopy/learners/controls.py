@@ -24,6 +24,10 @@ class _Unlearning:
         """None."""
         return {}
 
+    def maps(self) -> dict[str, Any]:
+        """None."""
+        return {}
+
 
 class RandomGaze(_Unlearning):
     """Looks at uniform random head postures, each held until reached or for one second.

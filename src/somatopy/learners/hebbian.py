@@ -141,6 +141,27 @@ class HebbianLearner:
         """Winners, and their distances to the inputs after the update, [0, 1] units (the paper's distortion)."""
         return dict(self._probes)
 
+    def maps(self) -> dict[str, Any]:
+        """Codebooks in [0, 1] units, lattice shapes, joint limits (rad), and the links that are not 0."""
+        table = self.links.state()["links"]
+        pre, post = np.nonzero(table)
+        return {
+            "arm_codebook": self.arm_map.codebook_,
+            "head_codebook": self.head_map.codebook_,
+            "arm_shape": np.array(self.arm_map.shape),
+            "head_shape": np.array(self.head_map.shape),
+            "arm_limits": self._arm_scale.limits,
+            "head_limits": self._head_scale.limits,
+            "link_pre": pre.astype(np.int32),
+            "link_post": post.astype(np.int32),
+            "link_weight": table[pre, post],
+        }
+
+    def shuffle_links(self, rng: np.random.Generator) -> None:
+        """Give each arm node the links of another, drawn at random: what is left is what any hit rate owes to chance."""
+        state = self.links.state()
+        self.links.restore(state | {"links": rng.permutation(state["links"])})
+
     def state(self) -> dict[str, Any]:
         """Both maps, links and generator."""
         return {

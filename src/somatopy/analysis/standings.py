@@ -1,0 +1,68 @@
+"""A run beside what was possible and what ignorance would have scored: ceiling, reactive bound, controls."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from somatopy.analysis.bounds import ceiling_rates, reactive_efficiency
+from somatopy.analysis.runs import Run
+from somatopy.analysis.summary import summarise
+
+__all__ = ["OWN", "Standing", "standings"]
+
+OWN = "this run"
+Rates = tuple[float | None, ...]
+
+
+@dataclass(frozen=True)
+class Standing:
+    """What one learner scored, or could have scored, phase by phase.
+
+    Attributes:
+        name: "ceiling", "reactive bound", "this run", or a control's name.
+        eye: which eye counted.
+        rates: share of frames with the hand in view, one a phase; None for a phase without frames.
+        efficiencies: the same relative to the phase's ceiling; None where there is no ceiling.
+        summary: where the numbers come from; None for the bounds.
+    """
+
+    name: str
+    eye: str
+    rates: Rates
+    efficiencies: Rates
+    summary: Mapping[str, Any] | None = None
+
+
+def standings(run: Run, summary: Mapping[str, Any] | None = None) -> list[Standing]:
+    """The bounds, the run, and its controls from the best in the first phase to the worst.
+
+    The controls have the run's seed, so its babbling, so its ceiling.
+
+    Args:
+        run: an open run folder.
+        summary: its summary, if it is at hand.
+    """
+    limits = ceiling_rates(run)[1]
+    own = _standing(OWN, summary or summarise(run), limits)
+    controls = [_standing(name, summarise(control), limits) for name, control in run.controls.items()]
+    return [*_bounds(run, limits), own, *sorted(controls, key=lambda control: -(control.rates[0] or 0.0))]
+
+
+def _bounds(run: Run, limits: Sequence[float | None]) -> list[Standing]:
+    if not any(limits):
+        return []
+    eye = str((run.ceiling or {}).get("eye", "geometric"))
+    found = [Standing("ceiling", eye, tuple(limits), tuple(None if limit is None else 1.0 for limit in limits))]
+    if (share := reactive_efficiency(run)) is not None:
+        rates = tuple(None if limit is None else share * limit for limit in limits)
+        found.append(Standing("reactive bound", eye, rates, tuple(None if rate is None else share for rate in rates)))
+    return found
+
+
+def _standing(name: str, summary: Mapping[str, Any], limits: Sequence[float | None]) -> Standing:
+    rates = tuple(phase["rate"] for phase in summary["phases"])
+    padded = [*limits, *[None] * len(rates)]
+    shares = tuple(rate / limit if rate is not None and limit else None for rate, limit in zip(rates, padded))  # noqa: B905
+    return Standing(name, summary["eye"], rates, shares, summary)

@@ -1,0 +1,94 @@
+"""The one visual language of figures and report: colours, line styles, type, and how figures are saved.
+
+Everything stays apart in grey: lightness, widths, dashes and markers differ wherever hues do. Distances from black on
+a grey print: trends 30 %, ceiling 15 %, hits 50 %, damage 55 %, the paper 50 % and dashed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+__all__ = ["BORDER", "CEILING", "CONTROLS", "HITS", "MAP", "PAPER", "RUNS", "TREND", "mark", "save", "source", "style"]
+
+# Red, blue and green as in the paper.
+HITS, TREND, BORDER, PAPER = "#e0453a", "#123a8c", "#2f9e44", "#7a7a7a"
+CEILING, UNSEEN = "#222222", "#ececec"
+#: Lightness rises evenly, so that it reads in grey and without colour vision.
+MAP = "cividis"
+
+#: Colour, dashes and marker of the controls, in the order in which they score.
+CONTROLS = (
+    ("#5b4b8a", (6.0, 2.0), "s"),
+    ("#8c6d1f", (2.0, 1.5), "^"),
+    ("#4f7f86", (6.0, 1.5, 1.5, 1.5), "D"),
+    ("#9a9a9a", (1.0, 1.2), "v"),
+)
+#: Colour and dashes of runs that are compared.
+RUNS = (
+    ("#e0453a", ()),
+    ("#123a8c", (6.0, 2.0)),
+    ("#2f9e44", (2.0, 1.5)),
+    ("#b8860b", (6.0, 1.5, 1.5, 1.5)),
+    ("#7b3fa0", (10.0, 3.0)),
+    ("#008b8b", (1.0, 1.2)),
+)
+STYLE: Any = {
+    "font.family": "DejaVu Sans",
+    "font.size": 10.0,
+    "axes.spines.top": False,
+    "axes.titlesize": 11.0,
+    "axes.titlelocation": "left",
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": "#e6e6e6",
+    "grid.linewidth": 0.8,
+    "legend.frameon": False,
+    "legend.handlelength": 2.6,
+    "svg.hashsalt": "somatopy",
+}
+
+
+@contextmanager
+def style() -> Iterator[None]:
+    """Draw and save in the house style, whatever the user's own settings of matplotlib."""
+    import matplotlib
+
+    with matplotlib.rc_context():
+        matplotlib.rcdefaults()  # a user's own settings must not change the bytes
+        matplotlib.rcParams.update(STYLE)
+        yield
+
+
+def save(figure: Figure, folder: str | Path, stem: str) -> tuple[Path, Path]:
+    """Write `stem`.png (150 dpi) and `stem`.svg into a folder, made if need be: same figure, same bytes.
+
+    Returns:
+        The paths of both files.
+    """
+    png, svg = (Path(folder) / f"{stem}.{kind}" for kind in ("png", "svg"))
+    png.parent.mkdir(parents=True, exist_ok=True)
+    with style():
+        figure.savefig(png, dpi=150)
+        figure.savefig(svg, metadata={"Date": None})
+    return png, svg
+
+
+def source(summary: Mapping[str, Any]) -> str:
+    """What a figure must say of its run: learner, eye, motion, seed."""
+    learner, eye, motion, seed = (summary[key] for key in ("learner", "eye", "motion", "seed"))
+    return f"{learner} learner, {eye} eye, {motion} motion, seed {seed}"
+
+
+def mark(axes: Axes, at: float, text: str) -> None:
+    """A green line at a border in time, with its name on top."""
+    axes.axvline(at, color=BORDER, lw=1.4, zorder=1)
+    side, shift = ("left", 4) if at < 0.85 * axes.get_xlim()[1] else ("right", -4)
+    where = ("data", "axes fraction")
+    axes.annotate(text, (at, 1.0), (shift, -3), where, "offset points", color=BORDER, size=9.0, va="top", ha=side)

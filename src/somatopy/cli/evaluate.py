@@ -1,0 +1,48 @@
+"""somatopy evaluate: what a run has learned, on postures it never met."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated
+
+import tyro
+
+from somatopy.cli.options import OnRun
+from somatopy.experiment.evaluate import evaluate
+
+__all__ = ["main"]
+
+TEXT = """Show what a run has learned arm postures that it never met, with learning off, and say where it looks.
+
+example: somatopy evaluate runs/20141013-120000_paper_seed0
+"""
+
+
+@dataclass(frozen=True)
+class Options(OnRun):
+    """Options of this command."""
+
+    postures: Annotated[int, tyro.conf.arg(help="How many postures to draw.")] = 2000
+
+
+def main(args: Sequence[str]) -> int:
+    """Run `somatopy evaluate RUN [--postures N] [--json]`."""
+    options = tyro.cli(Options, args=args, prog="somatopy evaluate", description=TEXT)
+    result = evaluate(options.run, options.postures)
+    if options.json:
+        print(json.dumps(result))
+        return 0
+    error = result["gaze_error_deg"]
+    print(f"{result['postures']} arm postures, drawn apart, learning off, {result['eye']} eye")
+    print(
+        f"hand seen           {result['rate']:.1%} of them, {_percent(result['efficiency'])} of those that can be seen"
+    )
+    print(f"can be seen at all  {result['reachable']:.1%}")
+    print(f"gaze error          median {error['median']:.1f} degrees, 95th percentile {error['p95']:.1f}")
+    return 0
+
+
+def _percent(share: float | None) -> str:
+    return "n/a" if share is None else f"{share:.1%}"

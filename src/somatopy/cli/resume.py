@@ -1,0 +1,30 @@
+"""somatopy resume: continue a run after Ctrl-C or a kill."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+
+import tyro
+
+from somatopy.api import finish, reopen
+from somatopy.cli.options import OnRun
+from somatopy.cli.progress import run_with_progress
+from somatopy.cli.run import result
+
+__all__ = ["main"]
+
+TEXT = """Continue an interrupted or killed run from its last checkpoint, bit for bit as if nothing had happened.
+
+example: somatopy resume runs/20141013-120000_paper_seed0
+"""
+
+
+def main(args: Sequence[str]) -> int:
+    """Run `somatopy resume RUN [--json]`."""
+    options = tyro.cli(OnRun, args=args, prog="somatopy resume", description=TEXT)
+    experiment = reopen(options.run)
+    run_with_progress(experiment, options.run)
+    finish(experiment, options.run)
+    print(json.dumps(result(options.run)) if options.json else options.run)
+    return 0
