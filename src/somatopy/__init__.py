@@ -5,7 +5,9 @@ The names here are what most users need; they are imported when first used:
 - `run(description)` runs an experiment and returns its run folder, opened; `load_run(path)` opens one again;
 - `paper()` describes the paper's experiment, `Description` any other, `load_description(path)` reads one from TOML;
 - `DSOM` is the self-organising map, `HebbianLinks` the table that joins two, `HebbianLearner` the paper's learner;
-- `MujocoBody` is a simulated robot, `FiducialEye` finds the marker on its hand.
+- `MujocoBody` is a simulated robot, `FiducialEye` finds the marker on its hand;
+- `check_learner`, `check_rule`, `check_body`, `check_eye`, `check_babbler` and `check_damage` try the laws of each
+  kind on an implementation of yours, and raise a `ContractError` that names the broken one.
 """
 
 from __future__ import annotations
@@ -16,20 +18,29 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from somatopy.analysis import load_run
     from somatopy.api import run
-    from somatopy.bodies import MujocoBody
-    from somatopy.experiment import Description, load_description, paper
-    from somatopy.eyes import FiducialEye
-    from somatopy.learners import HebbianLearner
-    from somatopy.links import HebbianLinks
+    from somatopy.babbling import check_babbler
+    from somatopy.bodies import MujocoBody, check_body
+    from somatopy.contract import ContractError
+    from somatopy.experiment import Description, check_damage, load_description, paper
+    from somatopy.eyes import FiducialEye, check_eye
+    from somatopy.learners import HebbianLearner, check_learner
+    from somatopy.links import HebbianLinks, check_rule
     from somatopy.maps import DSOM
 
 __all__ = [
     "DSOM",
+    "ContractError",
     "Description",
     "FiducialEye",
     "HebbianLearner",
     "HebbianLinks",
     "MujocoBody",
+    "check_babbler",
+    "check_body",
+    "check_damage",
+    "check_eye",
+    "check_learner",
+    "check_rule",
     "load_description",
     "load_run",
     "paper",
@@ -38,11 +49,18 @@ __all__ = [
 
 _HOMES = {
     "DSOM": "maps",
+    "ContractError": "contract",
     "Description": "experiment",
     "FiducialEye": "eyes",
     "HebbianLearner": "learners",
     "HebbianLinks": "links",
     "MujocoBody": "bodies",
+    "check_babbler": "babbling",
+    "check_body": "bodies",
+    "check_damage": "experiment",
+    "check_eye": "eyes",
+    "check_learner": "learners",
+    "check_rule": "links",
     "load_description": "experiment",
     "load_run": "analysis",
     "paper": "experiment",

@@ -14,7 +14,7 @@ from somatopy.analysis.runs import Run
 from somatopy.analysis.summary import write_summary
 from somatopy.experiment import Description, DescriptionError, Experiment, load_description
 from somatopy.experiment.ceiling import ceiling
-from somatopy.experiment.checkpoint import FILE, read_checkpoint
+from somatopy.experiment.checkpoint import FILE
 from somatopy.experiment.recorder import prepare_folder, write_json
 
 __all__ = ["finish", "fork", "reopen", "resume", "run"]
@@ -72,13 +72,30 @@ def fork(folder: str | Path, description: Description, phase: int = 0, out: str 
     shared = {"name": description.name, "phases": old.phases[: phase + 1]}
     if old.model_copy(update=shared) != description.model_copy(update={"phases": description.phases[: phase + 1]}):
         raise DescriptionError(f"The description differs from that of {folder} before the end of phase {phase}.")
+    end = folder / f"phase-{phase}.npz"
+    if not end.exists():
+        raise DescriptionError(
+            f"Phase {phase} of {folder} has not ended: there is no {end.name}. Resume that run first."
+        )
     experiment = Experiment(description)
-    experiment.restore(read_checkpoint(folder / f"phase-{phase}.npz"))
+    experiment.restore_from(end)
     target = prepare_folder(out, description)
-    for part in sorted((folder / "frames").glob("part-*.parquet"))[: experiment.parts]:
-        shutil.copy2(part, target / "frames")
+    _take_over(folder, target, experiment.parts, phase)
     experiment.run(target)
     return finish(experiment, target)
+
+
+def _take_over(old: Path, new: Path, windows: int, phase: int) -> None:
+    """Copy frames, maps and checkpoints that were written up to the end of a phase."""
+    taken = [
+        *sorted((old / "frames").glob("part-*.parquet"))[:windows],
+        *sorted((old / "maps").glob("window-*.npz"))[:windows],
+        *(end for k in range(phase + 1) if (end := old / f"phase-{k}.npz").exists()),
+    ]
+    for file in taken:
+        copy = new / file.relative_to(old)
+        copy.parent.mkdir(exist_ok=True)
+        shutil.copy2(file, copy)
 
 
 def reopen(folder: Path) -> Experiment:
@@ -89,7 +106,7 @@ def reopen(folder: Path) -> Experiment:
     """
     experiment = Experiment(load_description(folder / "experiment.toml"))
     if (folder / FILE).exists():
-        experiment.restore(read_checkpoint(folder / FILE))
+        experiment.restore_from(folder / FILE)
     return experiment
 
 
@@ -102,7 +119,9 @@ def finish(experiment: Experiment, folder: Path) -> Run:
         _matrix(table.filter(pc.equal(table["phase"], index)), names)
         for index in range(len(experiment.description.phases))
     ]
-    write_json(folder / "ceiling.json", ceiling(experiment.body, arms))
+    write_json(
+        folder / "ceiling.json", ceiling(experiment.body, arms, head_speed=experiment.description.body.head_speed)
+    )
     write_summary(opened)
     return opened
 

@@ -1,4 +1,4 @@
-"""How the shipped checks speak: a broken law, what was seen of it, and the fix; and the law of `state` and `restore`."""
+"""What the shipped checks share: how they name a broken law, and the laws of seeds and of `state` and `restore`."""
 
 from __future__ import annotations
 
@@ -6,11 +6,23 @@ import json
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from copy import deepcopy
+from dataclasses import is_dataclass
 from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
-__all__ = ["ContractError", "Stateful", "check_state", "law", "missing", "refused", "same", "size", "stored"]
+__all__ = [
+    "ContractError",
+    "Stateful",
+    "check_members",
+    "check_state",
+    "facts",
+    "law",
+    "refused",
+    "same",
+    "size",
+    "stored",
+]
 
 
 class ContractError(AssertionError):
@@ -70,10 +82,13 @@ def _broken(what: str, seen: str, fix: str) -> ContractError:
     return ContractError(f"The law: {what}. Seen: {seen.rstrip('.')}. The fix: {fix}.")
 
 
-def missing(thing: object, contract: type) -> list[str]:
-    """The public members of a contract, a Protocol class, that a thing lacks."""
+def check_members(thing: object, contract: type) -> None:
+    """Check that a thing has the public members of a contract, a Protocol class."""
     members = {*vars(contract), *contract.__annotations__}
-    return sorted(name for name in members if not name.startswith("_") and not hasattr(thing, name))
+    lacks = sorted(name for name in members if not name.startswith("_") and not hasattr(thing, name))
+    where = f"{contract.__module__}.{contract.__name__}"
+    with law(f"it has all members of {contract.__name__}", f"see {where} for what they do") as holds:
+        holds(not lacks, "{} lacks {}", type(thing).__name__, ", ".join(lacks))
 
 
 def refused(call: Callable[[], object]) -> bool:
@@ -96,6 +111,15 @@ def same(a: Any, b: Any) -> bool:
     if isinstance(a, np.ndarray) or isinstance(b, np.ndarray):
         return False
     return bool(a == b or (a != a and b != b))
+
+
+def facts(record: Any) -> dict[str, Any]:
+    """The fields of a dataclass but functions, copied; dataclasses in it likewise."""
+    return {
+        name: facts(value) if is_dataclass(value) else deepcopy(value)
+        for name, value in vars(record).items()
+        if not callable(value)
+    }
 
 
 def size(value: Any) -> int:
@@ -126,33 +150,38 @@ def stored(state: Any, path: str = "state()") -> Any:
         raise TypeError(f"{path} is a {type(state).__name__}: {error}") from error
 
 
+def check_seed(make: Callable[[int], S], play: Callable[[S, int, int], object]) -> None:
+    """Check that one seed gives one behaviour, and that `state` is what a checkpoint can hold; as `check_state`."""
+    original, twin = make(1), make(1)
+    with law("one seed, one behaviour", "draw all random numbers from the generator that is given") as holds:
+        holds(same(play(original, 0, 37), play(twin, 0, 37)), "two of one seed behave differently")
+    with law("state() is plain data", "return a dictionary of arrays, numbers, text and more such dictionaries"):
+        stored(original.state())
+
+
 def check_state(make: Callable[[int], S], play: Callable[[S, int, int], object]) -> None:
-    """Check that `state` and `restore` continue bit for bit, in the same object and in a fresh one.
+    """Check that one seed gives one behaviour, and that it continues bit for bit from a state.
 
     Args:
         make: a fresh object from a seed.
         play: lets frames from the first to the last (excluded) pass, and returns all that the object shows of them.
 
     Raises:
-        ContractError: they do not; the message says the law.
+        ContractError: it does not; the message says the law.
     """
+    check_seed(make, play)
     original, fresh = make(1), make(2)
-    play(original, 0, 30)
-    with law("state() is plain data", "return a dictionary of arrays, numbers, text and more such dictionaries"):
-        state = stored(original.state())
-    live = original.state()
+    play(original, 0, 37)
+    live, state = original.state(), stored(original.state())
     kept = deepcopy(live)
-    future = play(original, 30, 80)
-    end = stored(original.state())
+    future, end = play(original, 37, 80), stored(original.state())
     with law("a state stays as it was taken", "return copies of the arrays, not the ones you work on") as holds:
         holds(same(live, kept), "what happened after state() changed it")
-    for name, subject in (("a fresh object of another seed", fresh), ("the object itself", original)):
+    for name, subject in (("a fresh one of another seed", fresh), ("the object itself", original)):
         given = deepcopy(state)
-        with law(
-            "restore(state) continues bit for bit", "put all that changes into state(), the generator's state too"
-        ) as holds:
+        with law("restore(state) continues bit for bit", "put all that changes into state(), generators too") as holds:
             subject.restore(given)
-            holds(same(play(subject, 30, 80), future), "{}, restored, went on differently", name)
+            holds(same(play(subject, 37, 80), future), "{}, restored, went on differently", name)
             holds(same(stored(subject.state()), end), "{}, restored, ended in another state", name)
         with law("restore() leaves the state that it is given alone", "copy the arrays in restore()") as holds:
             holds(same(given, state), "what happened after restore() changed it")

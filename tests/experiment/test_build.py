@@ -7,13 +7,24 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.stats import kstest
 
 from somatopy.bodies import BodyError, MujocoBody
 from somatopy.experiment import Description, DescriptionError
-from somatopy.experiment.build import build_babbler, build_body, build_damage, build_learner, limits, stream
+from somatopy.experiment.build import (
+    babbled,
+    build_babbler,
+    build_body,
+    build_damage,
+    build_learner,
+    check_phases,
+    limits,
+    stream,
+)
 from somatopy.experiment.damage import JointOffset, NoDamage
 from somatopy.experiment.description import OffsetDamage, Phase
-from somatopy.learners import FixedGaze, HebbianLearner, RandomGaze
+from somatopy.eyes import GeometricEye
+from somatopy.learners import FixedGaze, HebbianLearner, NearestGaze, RandomGaze
 
 Short = Callable[..., Description]
 
@@ -59,7 +70,7 @@ def test_ranges_by_name_or_in_numbers(short: Short, body: MujocoBody) -> None:
 
 def test_learners_by_kind(short: Short, body: MujocoBody) -> None:
     """Each kind builds its class; map sizes and image size reach the paper's learner."""
-    kinds = {"hebbian": HebbianLearner, "random": RandomGaze, "fixed": FixedGaze}
+    kinds = {"hebbian": HebbianLearner, "random": RandomGaze, "fixed": FixedGaze, "nearest": NearestGaze}
     for kind, cls in kinds.items():
         assert type(build_learner(short(learner={"kind": kind}), body)) is cls
     learner = build_learner(
@@ -125,3 +136,95 @@ def test_an_unknown_body_lists_the_known_ones(short: Short) -> None:
     """Neither a name nor a file."""
     with pytest.raises(BodyError, match=r"'robby' .*Known bodies: nao"):
         build_body(short(body={"model": "robby"}))
+
+
+# -- controls that look before they start ----------------------------------------------------------------------------
+
+NARROW = np.array([[0.5, 1.0], [0.2, 0.3], [-1.0, -0.5], [-1.0, -0.9]])
+
+
+def start_codes(description: Description, body: MujocoBody) -> np.ndarray:
+    """Start codes of the arm map, rad."""
+    learner = build_learner(description, body)
+    assert isinstance(learner, HebbianLearner)
+    low, high = limits(body.arm).T
+    return low + learner.arm_map.codebook_ * (high - low)
+
+
+def sampled(short: Short, seed: int = 3, **tables: Any) -> Description:
+    return short(
+        learner={"kind": "hebbian", "arm_codes": "sampled", "arm_map": {"shape": [30, 30]}}, seed=seed, **tables
+    )
+
+
+def test_sampled_codes_are_postures_met_while_babbling(short: Short, body: MujocoBody) -> None:
+    """Each joint's codes are distributed as in a babbling run of another seed, which favours the middle."""
+    codes = start_codes(sampled(short), body)
+    robot = build_body(short())
+    babbler = build_babbler(short(seed=99), robot, robot.reset().arm)
+    arms = np.array([robot.step(babbler.command(k / 15), [0, 0]).arm for k in range(20_000)])
+    for k, (low, high) in enumerate(limits(body.arm)):
+        assert kstest(codes[:, k], arms[:, k]).pvalue > 1e-3
+        assert kstest(codes[:, k], "uniform", (low, high - low)).pvalue < 1e-4
+
+
+def test_sampled_codes_stay_in_the_babbling_range(short: Short, body: MujocoBody) -> None:
+    """Also where the middle of the joint limits lies outside it; all codes are postures of their own."""
+    codes = start_codes(sampled(short, babbling={"range": NARROW.tolist()}), body)
+    assert (codes >= NARROW[:, 0] - 1e-9).all() and (codes <= NARROW[:, 1] + 1e-9).all()
+    assert len(np.unique(codes, axis=0)) == 900
+
+
+def test_sampled_codes_are_of_their_seed_and_of_no_run(short: Short, body: MujocoBody) -> None:
+    """The same seed: the same codes. Another: none in common. The run's own babbling is not what they are from."""
+    codes = start_codes(sampled(short), body)
+    assert np.array_equal(codes, start_codes(sampled(short), body))
+    assert not np.isin(codes, start_codes(sampled(short, seed=4), body)).any()
+    robot = build_body(short())
+    babbler = build_babbler(short(), robot, robot.reset().arm)
+    arms = np.array([robot.step(babbler.command(k / 15), [0, 0]).arm for k in range(5000)])
+    assert not np.isclose(codes[:, None, 0], arms[None, :, 0], rtol=0, atol=1e-12).any()
+
+
+def test_the_head_map_is_not_sampled(short: Short, body: MujocoBody) -> None:
+    """It begins as in the paper's learner of the same seed."""
+    one, other = build_learner(sampled(short), body), build_learner(short(), body)
+    assert isinstance(one, HebbianLearner) and isinstance(other, HebbianLearner)
+    learner = short(learner={"kind": "hebbian", "arm_map": {"shape": [30, 30]}})
+    plain = build_learner(learner, body)
+    assert isinstance(plain, HebbianLearner)
+    assert np.array_equal(one.head_map.codebook_, plain.head_map.codebook_)
+
+
+def test_the_best_fixed_head_sees_the_hand_more_often_than_others(short: Short, body: MujocoBody) -> None:
+    """It is legal, and on babbled postures it sees the hand at least as often as any of 20 random legal ones."""
+    description = short(learner={"kind": "fixed"})
+    head = build_learner(description, body).predict(np.zeros(4))
+    assert body.allows(head)
+    low, high = limits(body.head).T
+    others = [body.legal(posture) for posture in np.random.default_rng(1).uniform(low, high, (20, 2))]
+    eye = GeometricEye(body.camera, body.marker, body.occluders)
+    arms = babbled(short(seed=77), body, 400)
+    best, *counts = (sum(eye.find(body.view(arm, each)) is not None for arm in arms) for each in (head, *others))
+    assert best >= max(counts) and best > 40
+
+
+@pytest.mark.parametrize(
+    ("learner", "phase", "message"),
+    [
+        ("hebbian", {"plastic": ["lynx"]}, "'b': the hebbian .*'lynx' .*valid parts: arm_map, head_map, links"),
+        ("nearest", {"plastic": ["links"]}, "'b': the nearest .*'links' .*valid parts: memory"),
+        ("random", {"plastic": ["links"]}, "'b': the random .*'links' .*it learns nothing: leave plastic away"),
+        ("nearest", {"start": "shuffled"}, "'b': the nearest .*no links to shuffle; choose continue or afresh"),
+    ],
+)
+def test_phases_ask_only_what_the_learner_can_do(
+    short: Short, body: MujocoBody, learner: str, phase: dict[str, Any], message: str
+) -> None:
+    """The phase, the learner, what it has not and what there is are named; what it can do is accepted."""
+    description = short(learner={"kind": learner}, phases=[{"name": "a"}, {"name": "b", **phase}])
+    with pytest.raises(DescriptionError, match=message):
+        check_phases(description, build_learner(description, body))
+    for fine in ({"plastic": []}, {"start": "afresh"}, {}):
+        description = short(learner={"kind": learner}, phases=[{"name": "a"}, {"name": "b", **fine}])
+        check_phases(description, build_learner(description, body))

@@ -32,9 +32,10 @@ MAPS = st.fixed_dictionaries(
     },
 )
 LEARNERS = st.one_of(
-    st.just({"kind": "random"}),
+    st.sampled_from([{"kind": "random"}, {"kind": "nearest"}, {"kind": "fixed"}]),
     st.lists(st.floats(-2, 2), min_size=2, max_size=2).map(lambda head: {"kind": "fixed", "head": head}),
     st.fixed_dictionaries({"kind": st.just("hebbian")}, optional={"arm_map": MAPS, "head_map": MAPS}),
+    st.just({"kind": "hebbian", "arm_codes": "sampled"}),
 )
 TABLES = st.fixed_dictionaries(
     {},
@@ -45,7 +46,13 @@ TABLES = st.fixed_dictionaries(
         "babbling": st.fixed_dictionaries({}, optional={"range": st.just([[-1.0, 1.0]] * 4), "speed": st.just(0.3)}),
         "learner": LEARNERS,
         "phases": st.lists(
-            st.fixed_dictionaries({"name": st.uuids().map(str), "frames": st.integers(0, 10**6), "damage": DAMAGES}),
+            st.fixed_dictionaries(
+                {"name": st.uuids().map(str), "frames": st.integers(0, 10**6), "damage": DAMAGES},
+                optional={
+                    "plastic": st.lists(st.sampled_from(["arm_map", "head_map", "links"]), max_size=3),
+                    "start": st.sampled_from(["continue", "afresh", "shuffled"]),
+                },
+            ),
             min_size=1,
             max_size=4,
         ),
@@ -76,6 +83,14 @@ def test_a_file_reads_as_its_table(table: dict[str, Any]) -> None:
     [
         {},
         {"learner": {"kind": "random"}},
+        {"learner": {"kind": "nearest"}, "eye": {"kind": "geometric"}},
+        {"learner": {"kind": "hebbian", "arm_codes": "sampled", "arm_map": {"shape": [3, 3]}}},
+        {
+            "phases": [
+                {"plastic": [], "frames": 2},
+                {"name": "b", "plastic": ["links"], "start": "shuffled", "frames": 1},
+            ]
+        },
         {"learner": {"kind": "fixed", "head": [0.5, 0.25]}, "body": {"motion": "kinematic", "head_speed": 2.5}},
         {"babbling": {"range": [[-0.5, 1.1], [0.0, 1.25], [-0.65, 0.9], [-1.54, -0.08]], "speed": 0.3}},
     ],
@@ -113,11 +128,11 @@ MAP_KEYS = "shape, learning_rate, elasticity"
         ({"sed": 1}, "sed", "name, seed, body, eye, babbling, learner, phases"),
         ({"body": {"model": "nao", "speed": 1}}, "body.speed", "model, motion, head_speed"),
         ({"babbling": {"sped": 1}}, "babbling.sped", "kind, range, speed"),
-        ({"learner": {"kind": "hebbian", "rate": 1}}, "learner.rate", "kind, arm_map, head_map, link_rate"),
+        ({"learner": {"kind": "hebbian", "rate": 1}}, "learner.rate", "kind, arm_map, head_map, link_rate, arm_codes"),
         ({"learner": {"kind": "hebbian", "head_map": {"eta": 1}}}, "learner.head_map.eta", MAP_KEYS),
         ({"learner": {"kind": "random", "head": [0, 0]}}, "learner.head", "kind"),
         ({"learner": {"kind": "fixed", "arm_map": {}}}, "learner.arm_map", "kind, head"),
-        ({"phases": [{}, {"minutes": 3}]}, "phases.1.minutes", "name, frames, damage, trend_breaks"),
+        ({"phases": [{}, {"minutes": 3}]}, "phases.1.minutes", "name, frames, damage, trend_breaks, plastic, start"),
         ({"phases": [{"damage": {"kind": "offset", "ofset": []}}]}, "phases.0.damage.ofset", "kind, offset"),
         ({"phases": [{"damage": {"kind": "none", "offset": []}}]}, "phases.0.damage.offset", "kind"),
     ],
@@ -143,8 +158,13 @@ def test_an_unknown_key_lists_the_valid_ones_of_its_place(table: dict[str, Any],
         ({"babbling": {"range": 3}}, ["babbling.range = 3", "must be a list"]),
         ({"babbling": {"range": [[0, 1], [float("nan"), 1]]}}, ["babbling.range.1.0 = nan", "finite"]),
         ({"babbling": {"range": [[0, 1], [1]]}}, ["babbling.range.1.1", "a value is missing"]),
-        ({"learner": {"kind": "clever"}}, ["learner.kind = 'clever'", "hebbian, random, fixed"]),
-        ({"learner": {}}, ["learner lacks its kind", "hebbian, random, fixed"]),
+        ({"learner": {"kind": "clever"}}, ["learner.kind = 'clever'", "hebbian, random, fixed, nearest"]),
+        ({"learner": {}}, ["learner lacks its kind", "hebbian, random, fixed, nearest"]),
+        ({"learner": {"kind": "hebbian", "arm_codes": "far"}}, ["learner.arm_codes = 'far'", "'uniform' or 'sampled'"]),
+        ({"learner": {"kind": "hebbian", "arm_map": {"shape": [9999, 999]}}}, ["learner", "9.0e+09 links", "smaller"]),
+        ({"phases": [{"start": "again"}]}, ["phases.0.start = 'again'", "'continue', 'afresh' or 'shuffled'"]),
+        ({"phases": [{"plastic": "links"}]}, ["phases.0.plastic = 'links'", "must be a list"]),
+        ({"eye": {"skip": 3}}, ["eye lacks its kind", "fiducial, geometric"]),
         ({"learner": {"kind": "hebbian", "link_rate": 0}}, ["learner.link_rate = 0", "greater than 0"]),
         ({"learner": {"kind": "hebbian", "arm_map": {"shape": [0, 3]}}}, ["arm_map.shape", "at least 1", "0, 3"]),
         ({"learner": {"kind": "hebbian", "arm_map": {"learning_rate": 2}}}, ["arm_map.learning_rate = 2", "1"]),

@@ -1,8 +1,9 @@
-"""The frame loop: its order, what each part is handed, phases, and that a run can be repeated to the byte."""
+"""The frame loop: its order, what each part is handed, phases, and that a run can be repeated and go on to the byte."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,9 @@ import pytest
 
 from somatopy.analysis.runs import Run, load_run
 from somatopy.analysis.summary import write_summary
-from somatopy.experiment import Description, Experiment, loop
+from somatopy.contract import same
+from somatopy.experiment import Description, DescriptionError, Experiment, load_description, loop, recorder
+from somatopy.experiment.checkpoint import FILE, locked, read_checkpoint
 from somatopy.experiment.recorder import prepare_folder
 
 Short = Callable[..., Description]
@@ -167,7 +170,12 @@ def test_frames_and_hits_are_counted(short: Short, tmp_path: Path) -> None:
     description, seen = short(), []
     experiment = Experiment(description)
     folder = prepare_folder(tmp_path / "run", description)
-    experiment.run(folder, lambda running: seen.append((running.done, running.hits)))
+
+    def watch(running: Experiment) -> bool:
+        seen.append((running.done, running.hits))
+        return False
+
+    assert experiment.run(folder, watch)
     hits = column(load_run(folder), "hit").ravel()
     assert [done for done, _ in seen] == list(range(1, 301))
     assert [count for _, count in seen] == np.cumsum(hits).tolist()
@@ -181,20 +189,53 @@ def test_frames_and_hits_are_counted(short: Short, tmp_path: Path) -> None:
     assert sum(cost["microseconds_per_frame"].values()) * 300e-6 < cost["wall_s"]
 
 
+def until(frame: int) -> Callable[[Experiment], bool]:
+    return lambda running: running.done >= frame
+
+
 def test_whoever_watches_may_stop_the_run(short: Short, tmp_path: Path) -> None:
-    """An exception ends the run after the frame; all frames until then, and the cost, are in the folder."""
+    """The run says that it has not ended; all frames until then, the cost and a checkpoint are in the folder."""
     description = short()
     folder = prepare_folder(tmp_path / "run", description)
-
-    def stop(running: Experiment) -> None:
-        if running.done == 42:
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        Experiment(description).run(folder, stop)
+    assert not Experiment(description).run(folder, until(42))
     run = load_run(folder)
     assert column(run, "frame").ravel().tolist() == list(range(42))
     assert run.cost is not None and run.cost["frames"] == 42
+    assert read_checkpoint(folder / FILE)["done"] == 42
+
+
+def test_an_exception_loses_no_frame(short: Short, tmp_path: Path) -> None:
+    """Whatever ends the run, the frames until then are in the folder."""
+    description = short()
+    folder = prepare_folder(tmp_path / "run", description)
+
+    def fail(running: Experiment) -> bool:
+        if running.done == 42:
+            raise ZeroDivisionError
+        return False
+
+    with pytest.raises(ZeroDivisionError):
+        Experiment(description).run(folder, fail)
+    assert column(load_run(folder), "frame").ravel().tolist() == list(range(42))
+
+
+def test_an_experiment_runs_once(short: Short, tmp_path: Path) -> None:
+    """The second call is refused before it touches anything."""
+    description = short(phases=[{"frames": 3}])
+    experiment = Experiment(description)
+    assert experiment.run(prepare_folder(tmp_path / "run", description))
+    with pytest.raises(RuntimeError, match="has run already"):
+        experiment.run(tmp_path)
+    assert [entry.name for entry in tmp_path.iterdir()] == ["run"]
+
+
+def test_a_folder_in_use_is_left_alone(short: Short, tmp_path: Path) -> None:
+    """While another holds the lock nothing is written."""
+    description = short(phases=[{"frames": 3}])
+    folder = prepare_folder(tmp_path / "run", description)
+    with locked(folder), pytest.raises(DescriptionError, match="Another process"):
+        Experiment(description).run(folder)
+    assert sorted(entry.name for entry in folder.rglob("*")) == [".lock", "frames"]
 
 
 @pytest.mark.parametrize("frames", [(0, 5), (5, 0), (0, 0)])
@@ -206,3 +247,244 @@ def test_phases_without_frames(run_short: RunShort, frames: tuple[int, int]) -> 
     assert [phase["frames"] for phase in summary["phases"]] == list(frames)
     assert [phase["damage"] for phase in summary["phases"]] == ["none", "offset"]
     assert run.frames(["frame"]).num_rows == sum(frames)
+
+
+# -- phases ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def small_parts(monkeypatch: pytest.MonkeyPatch) -> int:
+    """Parts and windows of 50 frames instead of 4,500."""
+    for module in (loop, recorder):
+        monkeypatch.setattr(module, "PART_FRAMES", 50)
+    return 50
+
+
+def parts_changed(before: dict[str, Any], after: dict[str, Any]) -> set[str]:
+    """The parts of the paper's learner that differ between two of its states."""
+    changed = {part for part in ("arm_map", "head_map") if (before[part]["codebook"] != after[part]["codebook"]).any()}
+    return changed | ({"links"} if (before["links"]["links"] != after["links"]["links"]).any() else set())
+
+
+def ends(run: Run) -> list[dict[str, Any]]:
+    """The learner's state at the end of each phase."""
+    return [read_checkpoint(run.path / f"phase-{k}.npz")["learner"] for k in range(len(run.description["phases"]))]
+
+
+def test_each_phase_says_what_learns(run_short: RunShort) -> None:
+    """Nothing, links alone, maps alone; a phase that says nothing restores all parts, whatever came before."""
+    every = ["arm_map", "head_map", "links"]
+    plastic: list[list[str] | None] = [None, [], ["links"], ["arm_map", "head_map"], None]
+    phases = [{"name": str(k), "frames": 150} | ({} if p is None else {"plastic": p}) for k, p in enumerate(plastic)]
+    states = ends(run_short(phases=phases))
+    changes = [parts_changed(before, after) for before, after in pairwise(states)]
+    assert changes == [set(every if parts is None else parts) for parts in plastic[1:]]
+
+
+def test_a_learner_may_begin_afresh(run_short: RunShort) -> None:
+    """No links, and start codes of its own that are a function of seed and phase alone."""
+    found = {}
+    for seed in (3, 4):
+        for first in (100, 150):
+            phases = [{"name": "a", "frames": first}]
+            phases += [{"name": name, "frames": 5, "start": "afresh", "plastic": []} for name in "bc"]
+            found[seed, first] = ends(run_short(f"{seed} {first}", seed=seed, phases=phases))
+    learned, *fresh = found[3, 100]
+    assert learned["links"]["links"].any() and not any(state["links"]["links"].any() for state in fresh)
+    codes = [state["arm_map"]["codebook"] for state in (*fresh, *found[4, 100][1:], learned)]
+    assert len({array.tobytes() for array in codes}) == 5
+    assert all(array.min() >= 0 and array.max() <= 1 for array in codes[:4])
+    for one, other in zip(fresh, found[3, 150][1:], strict=True):
+        assert not parts_changed(one, other)
+
+
+def test_shuffled_links_are_the_same_rows_in_other_places(run_short: RunShort) -> None:
+    """Rows change places and keep what is in them; with learning off neither links nor codes change after that."""
+    still = {"plastic": []}
+    phases = [{"name": "a", "frames": 200}, {"name": "b", "frames": 1, "start": "shuffled", **still}]
+    learned, shuffled, later = ends(run_short(phases=[*phases, {"name": "c", "frames": 60, **still}]))
+    assert parts_changed(learned, shuffled) == {"links"}
+    rows, moved = (sorted(row.tobytes() for row in state["links"]["links"]) for state in (learned, shuffled))
+    assert rows == moved and len(set(rows)) > 5
+    assert not parts_changed(shuffled, later)
+
+
+def windows(run: Run) -> list[dict[str, np.ndarray]]:
+    return [dict(np.load(path, allow_pickle=False)) for path in sorted((run.path / "maps").iterdir())]
+
+
+def test_maps_are_kept_at_window_ends(short: Short, small_parts: int, tmp_path: Path) -> None:
+    """Each file holds the learner's arrays as named and the frame; links rebuilt from it are the learner's table."""
+    description, tables = short(phases=[{"frames": 170}]), []
+    experiment = Experiment(description)
+
+    def watch(running: Experiment) -> bool:
+        if running.done % small_parts == 0:
+            tables.append(running.learner.state())
+        return False
+
+    folder = prepare_folder(tmp_path / "run", description)
+    experiment.run(folder, watch)
+    assert [path.name for path in sorted((folder / "maps").iterdir())] == [f"window-0000{k}.npz" for k in range(3)]
+    names = {"arm_codebook", "head_codebook", "arm_shape", "head_shape", "arm_limits", "head_limits", "frame"}
+    for k, (kept, state) in enumerate(zip(windows(load_run(folder)), tables, strict=True)):
+        assert set(kept) == names | {"link_pre", "link_post", "link_weight"}
+        assert kept["frame"] == 50 * (k + 1)
+        assert (kept["link_pre"].dtype, kept["link_post"].dtype) == (np.int32, np.int32)
+        table = np.zeros((100, 100))
+        table[kept["link_pre"], kept["link_post"]] = kept["link_weight"]
+        assert np.array_equal(table, state["links"]["links"]) and (kept["link_weight"] != 0).all()
+        for side, group in (("arm", experiment.body.arm), ("head", experiment.body.head)):
+            assert np.array_equal(kept[f"{side}_codebook"], state[f"{side}_map"]["codebook"])
+            assert kept[f"{side}_shape"].tolist() == [10, 10]
+            assert np.allclose(kept[f"{side}_limits"], np.column_stack([group.lower, group.upper]))
+    assert len(kept["link_pre"]) > 0
+
+
+def test_with_learning_off_windows_are_alike(run_short: RunShort, small_parts: int) -> None:
+    """A phase in which nothing is plastic: the same arrays at each of its window ends."""
+    phases = [{"name": "a", "frames": 100}, {"name": "b", "frames": 150, "plastic": []}]
+    kept = windows(run_short(phases=phases))
+    assert [int(window.pop("frame")) for window in kept] == [50, 100, 150, 200, 250]
+    last = [[window[name].tobytes() for name in sorted(window)] for window in kept]
+    assert last[1] == last[2] == last[3] == last[4] != last[0]
+
+
+def test_a_learner_without_maps_keeps_none(run_short: RunShort, small_parts: int) -> None:
+    """No folder without anything in it."""
+    run = run_short(learner={"kind": "random"}, phases=[{"frames": 120}])
+    assert not (run.path / "maps").exists()
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize("learner", ["nearest", "random"])
+def test_pictures_spared_change_no_frame(run_short: RunShort, learner: str) -> None:
+    """With gaze on the hand and with random gaze: the same sightings, and the same all else, skipping or not."""
+    settings: dict[str, Any] = {"learner": {"kind": learner}, "phases": [{"frames": 250}]}
+    spared, drawn = (run_short(str(skip), eye={"kind": "fiducial", "skip": skip}, **settings) for skip in (True, False))
+    assert [path.read_bytes() for path in spared.parts] == [path.read_bytes() for path in drawn.parts]
+    assert spared.frames(["hit"])["hit"].to_numpy().any()
+
+
+# -- checkpoints -----------------------------------------------------------------------------------------------------
+
+STAGES = [
+    {"name": "a", "frames": 120},
+    {"name": "none", "frames": 0},
+    {"name": "b", "frames": 60, "damage": {"kind": "offset"}, "start": "afresh"},
+    {"name": "c", "frames": 40, "start": "shuffled", "plastic": []},
+    {"name": "d", "frames": 30, "plastic": ["links"]},
+]
+FIXED = {"kind": "fixed", "head": [0.3, 0.1]}
+
+
+def go_on(folder: Path, frame: int) -> bool:
+    """Build the experiment of a folder anew, go on from its checkpoint up to that frame; whether it has ended."""
+    experiment = Experiment(load_description(folder / "experiment.toml"))
+    experiment.restore_from(folder / FILE)
+    return experiment.run(folder, until(frame))
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {
+        str(path.relative_to(folder)): path.read_bytes()
+        for kind in ("frames", "maps")
+        for path in folder.glob(f"{kind}/*")
+    }
+
+
+def end_state(folder: Path) -> dict[str, Any]:
+    """The last checkpoint without what is measured by the clock."""
+    return {name: value for name, value in read_checkpoint(folder / FILE).items() if name not in ("seconds", "wall_s")}
+
+
+@pytest.mark.parametrize(
+    "tables",
+    [
+        {"phases": STAGES},
+        {"body": {"motion": "dynamic"}},
+        {"learner": {"kind": "random"}},
+        {"learner": {"kind": "nearest"}, "phases": [*STAGES[:3], {"name": "c", "frames": 40, "plastic": []}]},
+        {"learner": FIXED, "phases": STAGES[:3]},
+        pytest.param({"body": {}, "eye": {"kind": "fiducial"}, "phases": [{"frames": 80}]}, marks=pytest.mark.gl),
+    ],
+    ids=["stages", "dynamic", "random", "nearest", "fixed", "rendered"],
+)
+def test_stopped_anywhere_it_goes_on_bit_for_bit(
+    run_short: RunShort, short: Short, small_parts: int, tmp_path: Path, tables: dict[str, Any]
+) -> None:
+    """At the first frame, at and beside ends of parts and phases, anywhere: frames, maps and last state agree."""
+    whole, broken = run_short("whole", **tables).path, tmp_path / "broken"
+    description = short(**tables)
+    stops = {*[1, 2, 49, 50, 51, 119, 120, 121, 180, 181], *np.random.default_rng(0).integers(1, 250, 4).tolist()}
+    stops = {stop for stop in stops if stop < description.frames}
+    Experiment(description).run(prepare_folder(broken, description), until(0))
+    for stop in sorted(stops):
+        assert not go_on(broken, stop)
+    assert go_on(broken, 10**9)
+    assert contents(broken) == contents(whole)
+    assert same(end_state(broken), end_state(whole))
+
+
+def test_what_a_kill_leaves_behind_is_cleared_away(run_short: RunShort, small_parts: int, tmp_path: Path) -> None:
+    """Parts younger than the checkpoint, cut off or whole, and files written aside: all is written anew."""
+    whole, broken = run_short("whole").path, tmp_path / "broken"
+    description = load_description(whole / "experiment.toml")
+    Experiment(description).run(prepare_folder(broken, description), until(130))
+    checkpoint = (broken / FILE).read_bytes()
+    go_on(broken, 260)
+    (broken / FILE).write_bytes(checkpoint)
+    frames = broken / "frames"
+    assert len(list(frames.iterdir())) == 6
+    newest = frames / "part-00005.parquet"
+    newest.write_bytes(newest.read_bytes()[:-100])
+    for aside in ("frames/part-00006.partial", "maps/window-00004.partial", "cost.json.partial", f"{FILE}.partial"):
+        (broken / aside).write_bytes(b"half")
+    (frames / ".nfs0001").write_bytes(b"not ours")
+    assert go_on(broken, 10**9)
+    assert (frames / ".nfs0001").read_bytes() == b"not ours"
+    (frames / ".nfs0001").unlink()
+    found = {name: data for name, data in contents(broken).items() if not name.endswith(".partial")}
+    assert found == contents(whole)
+    assert not list(frames.glob("*.partial"))
+
+
+def test_checkpoints_come_by_the_clock_and_at_ends(run_short: RunShort, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every CHECKPOINT_S seconds at most, and at the end of each phase that has frames."""
+    written: list[tuple[str, int]] = []
+    real = loop.write_checkpoint
+
+    def write(path: Path, state: dict[str, Any]) -> None:
+        written.append((path.name, state["done"]))
+        real(path, state)
+
+    monkeypatch.setattr(loop, "write_checkpoint", write)
+    phases = [{"name": "a", "frames": 6}, {"name": "none", "frames": 0}, {"name": "b", "frames": 4}]
+    for every, expected in ((float("inf"), []), (-1.0, list(range(1, 11)))):
+        monkeypatch.setattr(loop, "CHECKPOINT_S", every)
+        written.clear()
+        run = run_short(str(every), phases=phases)
+        assert [done for name, done in written if name == FILE] == expected
+        assert [pair for pair in written if pair[0] != FILE] == [("phase-0.npz", 6), ("phase-2.npz", 10)]
+        assert (run.path / FILE).read_bytes() == (run.path / "phase-2.npz").read_bytes()
+
+
+def test_time_and_hits_go_on_counting(run_short: RunShort, short: Short, tmp_path: Path) -> None:
+    """The cost of a run in two pieces is that of both."""
+    description, folder = short(), tmp_path / "broken"
+    Experiment(description).run(prepare_folder(folder, description), until(200))
+    first = load_run(folder).cost or {}
+    experiment = Experiment(description)
+    experiment.restore_from(folder / FILE)
+    experiment.run(folder)
+    second = load_run(folder).cost or {}
+    assert second["frames"] == 300 and second["wall_s"] > first["wall_s"] > 0
+    assert experiment.hits == column(load_run(folder), "hit").sum()
+
+
+def test_a_checkpoint_of_another_experiment_is_refused(run_short: RunShort, short: Short) -> None:
+    """Another learner or other map sizes: the file is named."""
+    run = run_short(phases=[{"frames": 3}])
+    for learner in ({"kind": "random"}, {"kind": "hebbian"}):
+        with pytest.raises(DescriptionError, match=f"{run.path / FILE} does not fit the description"):
+            Experiment(short(learner=learner)).restore_from(run.path / FILE)

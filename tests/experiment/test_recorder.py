@@ -212,3 +212,81 @@ def test_json_replaces_as_a_whole_and_refuses_nan(tmp_path: Path) -> None:
 def test_a_part_is_five_minutes() -> None:
     """4,500 frames of 1/15 s, the paper's window."""
     assert recorder.PART_FRAMES / 15 == 300
+
+
+# -- maps, and going on ----------------------------------------------------------------------------------------------
+
+
+def a_recorder(folder: Path, description: Description) -> Recorder:
+    return Recorder(folder, description, ARM, HEAD, PROBES)
+
+
+def take_down(writer: Recorder, first: int, last: int) -> None:
+    for k in range(first, last):
+        reading, percept = frame(k)
+        writer.record(0, reading, percept, {"arm_winner": k, "arm_distance": k / 7})
+
+
+def test_it_goes_on_where_it_stood(short: Short, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """From its state at any row: the same parts to the byte; what is younger than the state is deleted."""
+    monkeypatch.setattr(recorder, "PART_FRAMES", 10)
+    whole = prepare_folder(tmp_path / "whole", short())
+    writer = a_recorder(whole, short())
+    take_down(writer, 0, 34)
+    writer.close()
+    expected = {path.name: path.read_bytes() for path in (whole / "frames").iterdir()}
+    assert len(expected) == 4
+    for stop in (0, 1, 9, 10, 11, 30, 33, 34):
+        folder = prepare_folder(tmp_path / str(stop), short())
+        writer = a_recorder(folder, short())
+        take_down(writer, 0, stop)
+        state = writer.state()
+        take_down(writer, 70, 95)
+        writer.close()
+        writer = a_recorder(folder, short())
+        writer.restore(state)
+        assert len(list((folder / "frames").iterdir())) == stop // 10
+        take_down(writer, stop, 34)
+        writer.close()
+        assert {path.name: path.read_bytes() for path in (folder / "frames").iterdir()} == expected
+
+
+def test_maps_are_kept_as_arrays_with_their_frame(
+    short: Short, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Numbered by window, readable without pickle; nothing is written where there is nothing to keep."""
+    monkeypatch.setattr(recorder, "PART_FRAMES", 10)
+    folder = prepare_folder(tmp_path / "run", short())
+    writer = a_recorder(folder, short())
+    take_down(writer, 0, 10)
+    writer.keep_maps({})
+    assert not (folder / "maps").exists()
+    for window in (1, 2):
+        take_down(writer, 10 * window, 10 * window + 10)
+        writer.keep_maps({"codebook": np.full((3, 2), window)})
+    assert sorted(path.name for path in (folder / "maps").iterdir()) == ["window-00001.npz", "window-00002.npz"]
+    with np.load(folder / "maps" / "window-00002.npz", allow_pickle=False) as kept:
+        assert int(kept["frame"]) == 30 and np.array_equal(kept["codebook"], np.full((3, 2), 2))
+
+
+def test_the_description_is_there_as_a_whole_or_not_at_all(
+    short: Short, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A kill while it is written, when a run begins or goes on, leaves no half of it: it could never be resumed."""
+    folder = prepare_folder(tmp_path / "run", short())
+
+    def fail(*args: object) -> None:
+        raise OSError("killed")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(recorder.os, "replace", fail)
+        with pytest.raises(OSError, match="killed"):
+            a_recorder(folder, short())
+    assert not (folder / "experiment.toml").exists()
+    a_recorder(folder, short())
+    before = (folder / "experiment.toml").read_bytes()
+    with monkeypatch.context() as patch:
+        patch.setattr(recorder.os, "replace", fail)
+        with pytest.raises(OSError, match="killed"):
+            a_recorder(folder, short(seed=9))
+    assert (folder / "experiment.toml").read_bytes() == before

@@ -32,13 +32,13 @@ def ceiling_rates(run: Run) -> tuple[float | None, list[float | None]]:
     if run.ceiling is None:
         return None, []
     try:
-        return float(run.ceiling["rate"]), [phase["rate"] for phase in run.ceiling["phases"]]
-    except (KeyError, TypeError, ValueError) as error:
+        return run.ceiling["rate"], [phase["rate"] for phase in run.ceiling["phases"]]
+    except (KeyError, TypeError) as error:
         raise _unusable(run, error) from error
 
 
 def reactive_rate(run: Run) -> float | None:
-    """The share of the sampled frames that perfect knowledge without look-ahead hits."""
+    """The share of the sampled frames that perfect knowledge without look-ahead hits; None without any."""
     found = _reactive(run)
     return found and found[0]
 
@@ -72,7 +72,7 @@ def efficiency(hits: Sequence[int], shares: Sequence[float], window: int = WINDO
 def _reactive(run: Run) -> tuple[float, float] | None:
     found = (run.ceiling or {}).get("reactive")
     try:
-        return (float(found["rate"]), float(found["ceiling_rate"])) if found else None
+        return (float(found["rate"]), float(found["ceiling_rate"])) if found and found["frames"] else None
     except (KeyError, TypeError, ValueError) as error:
         raise _unusable(run, error) from error
 

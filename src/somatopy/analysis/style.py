@@ -15,13 +15,15 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["BORDER", "CEILING", "CONTROLS", "HITS", "MAP", "PAPER", "RUNS", "TREND", "mark", "save", "source", "style"]
+__all__ = ["BORDER", "CEILING", "CONTROLS", "HITS", "MAP", "MISSES", "PAPER", "RUNS", "TREND", "mark", "save", "source", "style"]
 
 # Red, blue and green as in the paper.
 HITS, TREND, BORDER, PAPER = "#e0453a", "#123a8c", "#2f9e44", "#7a7a7a"
 CEILING, UNSEEN = "#222222", "#ececec"
 #: Lightness rises evenly, so that it reads in grey and without colour vision.
 MAP = "cividis"
+#: Light is where the hand is seen.
+MISSES = "cividis_r"
 
 #: Colour, dashes and marker of the controls, in the order in which they score.
 CONTROLS = (
@@ -76,6 +78,7 @@ def save(figure: Figure, folder: str | Path, stem: str) -> tuple[Path, Path]:
     png.parent.mkdir(parents=True, exist_ok=True)
     with style():
         figure.savefig(png, dpi=150)
+        figure.set_layout_engine("none")  # laid out once is enough, and it is half of the time
         figure.savefig(svg, metadata={"Date": None})
     return png, svg
 

@@ -15,6 +15,7 @@ VERBS = {
     "reproduce": "run the paper's experiment, print its table beside the paper's, draw its Figure 3",
     "run": "run a preset or a description file",
     "resume": "continue a run after Ctrl-C or a kill, bit for bit",
+    "report": "draw a run's figures and write its page, or one page that compares several runs",
     "evaluate": "ask what a run has learned, on postures it never met",
     "list": "list presets, bodies, learners, damages and babbling ranges",
 }

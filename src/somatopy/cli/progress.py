@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import signal
 import sys
 from pathlib import Path
@@ -57,7 +58,8 @@ def run_with_progress(experiment: Experiment, folder: Path) -> None:
         for number, handler in before.items():
             signal.signal(number, handler)
     if not ended:
-        print(f"Interrupted after {experiment.done} frames. Go on with: somatopy resume {folder}", file=sys.stderr)
+        command = f"somatopy resume {shlex.quote(str(folder))}"
+        print(f"Interrupted after {experiment.done} frames. Go on with: {command}", file=sys.stderr)
         raise KeyboardInterrupt
 
 

@@ -30,7 +30,7 @@ from somatopy.links import PositiveHebb
 from somatopy.maps import DSOM
 from somatopy.percept import Floats, JointGroup
 
-__all__ = ["build_babbler", "build_body", "build_damage", "build_eye", "build_learner", "stream"]
+__all__ = ["build_babbler", "build_body", "build_damage", "build_eye", "build_learner", "check_phases", "stream"]
 
 
 def stream(seed: int, name: str) -> np.random.Generator:
@@ -117,7 +117,7 @@ def _build_hebbian(
 def babbled(description: Description, body: MujocoBody, count: int) -> Floats:
     """Arm postures (count, n_arm), rad, drawn from 30 minutes of set-points of a babbling stream of their own."""
     rng = stream(description.seed, "sampled babbling")
-    posture = limits(body.arm).mean(axis=1)
+    posture = babbling_range(description, body).mean(axis=1)
     babbler = build_babbler(description, body, posture, rng)
     stride = np.minimum(description.babbling.speed, body.arm.velocity) * FRAME
     postures = np.empty((30 * FRAMES_PER_MINUTE, len(body.arm)))
@@ -145,6 +145,17 @@ def build_damage(phase: Phase, body: Body) -> Damage:
             f"the arm has {len(body.arm)} joints: {', '.join(body.arm.names)}."
         )
     return JointOffset(phase.damage.offset)
+
+
+def check_phases(description: Description, learner: Learner) -> None:
+    """Raise a DescriptionError if a phase wants of a fresh learner what it cannot do."""
+    for phase in description.phases:
+        who = f"phase {phase.name!r}: the {description.learner.kind} learner"
+        if unknown := sorted(set(phase.plastic or ()) - learner.plastic):
+            parts = ", ".join(sorted(learner.plastic)) or "it learns nothing: leave plastic away"
+            raise DescriptionError(f"plastic of {who} has no part {unknown[0]!r} that learns; valid parts: {parts}.")
+        if phase.start == "shuffled" and not isinstance(learner, HebbianLearner):
+            raise DescriptionError(f"start of {who} has no links to shuffle; choose continue or afresh.")
 
 
 def limits(group: JointGroup) -> Floats:

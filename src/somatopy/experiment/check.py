@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from copy import deepcopy
+from typing import Any
 
 import numpy as np
 
 from somatopy.bodies import Body, MujocoBody
-from somatopy.contract import law, missing, same
+from somatopy.contract import check_members, facts, law, same
 from somatopy.experiment.damage import Damage
-from somatopy.percept import Floats, JointGroup, Percept, Reading, Sighting
+from somatopy.percept import Percept, Sighting
 
 __all__ = ["check_damage"]
 
@@ -35,93 +36,72 @@ def check_damage(make: Make, make_body: Callable[[], Body] = _kinematic_nao) -> 
         >>> from somatopy.experiment.damage import JointOffset
         >>> check_damage(lambda: JointOffset([0.1, 0.2, 0.0, -0.1]))
     """
-    with law(
-        "a damage has all members of Damage, and alters_ceiling is True or False", "see Damage; derive from NoDamage"
-    ) as holds:
-        damage = make()
-        holds(not missing(damage, Damage), "{} lacks {}", type(damage).__name__, missing(damage, Damage))
-        holds(isinstance(damage.alters_ceiling, bool), "alters_ceiling is {!r}", damage.alters_ceiling)
-    body = make_body()
+    damage, body = make(), make_body()
+    check_members(damage, Damage)
+    with law("alters_ceiling is True or False", "say whether the injured body sees otherwise") as holds:
+        holds(isinstance(damage.alters_ceiling, bool), "{!r}", damage.alters_ceiling)
     try:
-        percepts = _percepts(body.arm, body.head)
+        percepts = _percepts(body)
         _senses_soundly(make, percepts)
         _draws_from_the_generator(make, percepts)
-        _heals_what_it_injured(make, body)
+        _heals_what_it_injured(make(), body)
     finally:
         body.close()
 
 
-def _percepts(arm: JointGroup, head: JointGroup) -> list[Percept]:
+def _percepts(body: Body) -> list[Percept]:
     rng, found = np.random.default_rng(0), []
     for k in range(60):
-        vectors = [rng.uniform(group.lower, group.upper) for group in (arm, head, arm, head)]
-        found.append(Percept(k / 15, *vectors, sighting=Sighting((99.0, 77.0), 1, 400.0) if k % 2 else None, dt=1 / 15))
+        arm, head, arm_command, head_command = (rng.uniform(g.lower, g.upper) for g in 2 * (body.arm, body.head))
+        sighting = Sighting((99.0, 77.0), 1, 400.0) if k % 2 else None
+        found.append(Percept(k / 15, arm, head, arm_command, head_command, sighting, 1 / 15))
     return found
 
 
-def _vectors(percept: Percept) -> dict[str, Floats]:
-    return {name: getattr(percept, name) for name in ("arm", "head", "arm_command", "head_command")}
-
-
 def _senses_soundly(make: Make, percepts: list[Percept]) -> None:
-    damage, rng = make(), np.random.default_rng(1)
-    with law("sense leaves its percept alone", "build a new one: dataclasses.replace(percept, arm=...)") as holds:
-        before = deepcopy(percepts)
+    damage, rng, before = make(), np.random.default_rng(1), list(map(facts, percepts))
+    with law("sense leaves its percept alone", "make a new one: dataclasses.replace(percept, arm=...)") as holds:
         sensed = [damage.sense(percept, rng) for percept in percepts]
         for old, given in zip(before, percepts, strict=True):
-            holds(same(vars(old), vars(given)), "{} became {}", old, given)
+            holds(same(old, facts(given)), "{} became {}", old, given)
     with law("sense gives a percept of the same shapes, finite", "change values only") as holds:
         for percept, after in zip(percepts, sensed, strict=True):
             holds(isinstance(after, Percept), "{}", after)
-            for name, vector in _vectors(after).items():
+            for name in ("arm", "head", "arm_command", "head_command"):
+                vector = getattr(after, name)
                 fits = np.shape(vector) == getattr(percept, name).shape
                 holds(fits and np.isfinite(vector).all(), "{} = {}", name, vector)
 
 
 def _draws_from_the_generator(make: Make, percepts: list[Percept]) -> None:
-    with law(
-        "sense draws from the generator that it is given, and from no other",
-        "use its argument rng, never numpy.random, random or a generator of its own",
-    ) as holds:
-        a, b = (
-            [vars(damage.sense(percept, rng)) for percept in percepts]
-            for damage, rng in ((make(), np.random.default_rng(2)) for _ in range(2))
-        )
-        different = [k for k in range(len(a)) if not same(a[k], b[k])]
-        holds(not different, "with equal generators percept {} differs", different and different[0])
+    with law("sense draws from the generator that it is given", "use its argument rng and no other source") as holds:
+        twins = [(make(), np.random.default_rng(2)) for _ in range(2)]
+        for k, percept in enumerate(percepts):
+            a, b = (facts(damage.sense(percept, rng)) for damage, rng in twins)
+            holds(same(a, b), "two equal generators gave {} and {} in frame {}", a, b, k)
 
 
-def _heals_what_it_injured(make: Make, body: Body) -> None:
-    middle = {"arm": 0.5 * (body.arm.lower + body.arm.upper), "head": 0.5 * (body.head.lower + body.head.upper)}
-    body.reset(0)
-    body.step(**middle)
-    start = deepcopy(body.state())
-    here, ahead = _seen(body.restore(start)), _future(body, middle)
-    damage = make()
-    body.restore(start)
+def _heals_what_it_injured(damage: Damage, body: Body) -> None:
+    _start(body)
+    state = deepcopy(body.state())
+    intact = _seen_from(body, state)
     with law("alters_ceiling is True where an injury changes what the camera can see", "set it to True") as holds:
         damage.injure(body)
-        injured = _seen(body.restore(start)), _future(body, middle)
-        unseen = injured[0].get("camera") is None or same(_views(injured), _views((here, ahead)))
-        holds(unseen or damage.alters_ceiling, "the injured body has other poses at the same commands")
+        views = [[moment["view"] for moment in moments] for moments in (intact, _seen_from(body, state))]
+        holds(damage.alters_ceiling or same(*views), "the injured body has other poses on the same commands")
     with law("heal undoes all that injure did to the body", "keep what injure replaces, and put it back") as holds:
         damage.heal(body)
-        holds(same(_seen(body.restore(start)), here), "another reading in the same state")
-        holds(same(_future(body, middle), ahead), "another movement from the same state on the same commands")
-        body.reset(0)
-        body.step(**middle)
-        holds(same(body.state(), start), "reset and a step lead to another state")
+        holds(same(_seen_from(body, state), intact), "other readings from the same state on the same commands")
+        _start(body)
+        holds(same(body.state(), state), "reset and a step lead to another state")
 
 
-def _future(body: Body, targets: dict[str, Floats]) -> list[dict[str, object]]:
-    return [_seen(body.step(**targets)) for _ in range(20)]
+def _start(body: Body) -> None:
+    body.reset(0)
+    body.step(body.arm.lower, body.head.upper)
 
 
-def _seen(reading: Reading) -> dict[str, object]:
-    """All of a reading but its picture, copied."""
-    view = {} if reading.view is None else vars(reading.view)
-    return deepcopy({name: value for name, value in vars(reading).items() if name not in ("image", "view")} | view)
-
-
-def _views(readings: tuple[dict[str, object], list[dict[str, object]]]) -> list[list[object]]:
-    return [[each.get(name) for name in ("camera", "marker", "occluders")] for each in (readings[0], *readings[1])]
+def _seen_from(body: Body, state: dict[str, Any]) -> list[dict[str, Any]]:
+    """What a body senses in a state, and in 20 frames on the way from there to the middle of its ranges."""
+    arm, head = (0.5 * (group.lower + group.upper) for group in (body.arm, body.head))
+    return [facts(body.restore(deepcopy(state))), *(facts(body.step(arm, head)) for _ in range(20))]

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
 import numpy as np
 
@@ -28,10 +29,10 @@ def write_checkpoint(path: Path, state: dict[str, Any]) -> None:
         state: its keys are text without slashes; its values arrays, numbers, text, lists, or more of the same.
     """
     arrays: dict[str, np.ndarray[Any, Any]] = {}
-    plain = _split(state, "", arrays)
+    plain = _split(state, "state", arrays)
     aside = path.with_name(path.name + ".partial")
     with aside.open("wb") as file:
-        np.savez(file, allow_pickle=False, **{_PLAIN: np.array(json.dumps(plain))}, **arrays)
+        np.savez(file, allow_pickle=False, **{_PLAIN: np.array(json.dumps([plain, list(arrays)]))}, **arrays)
     os.replace(aside, path)
 
 
@@ -43,15 +44,15 @@ def read_checkpoint(path: Path) -> dict[str, Any]:
     """
     try:
         with np.load(path, allow_pickle=False) as file:
-            state: dict[str, Any] = json.loads(str(file[_PLAIN]))
-            for name in file.files:
-                if name != _PLAIN:
-                    *tables, key = name.split("/")
-                    table = state
-                    for part in tables:
-                        table = table[part]
-                    table[key] = file[name]
-    except (OSError, ValueError, KeyError, EOFError) as error:
+            plain, names = json.loads(str(file[_PLAIN]))
+            state: dict[str, Any] = plain
+            for name in names:
+                _, *tables, key = name.split("/")
+                table = state
+                for part in tables:
+                    table = table[part]
+                table[key] = file[name]
+    except (OSError, ValueError, KeyError, TypeError, EOFError, RuntimeError, BadZipFile) as error:
         raise DescriptionError(f"{path} is no checkpoint that can be read: {error}.") from error
     return state
 
@@ -62,7 +63,7 @@ def _split(value: Any, path: str, arrays: dict[str, np.ndarray[Any, Any]]) -> An
         arrays[path] = value
         return None
     if isinstance(value, dict):
-        return {key: _split(item, f"{path}/{key}" if path else key, arrays) for key, item in value.items()}
+        return {key: _split(item, f"{path}/{key}", arrays) for key, item in value.items()}
     return value.item() if isinstance(value, np.generic) else value
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from somatopy.experiment.build import babbling_range, build_damage, stream
 from somatopy.experiment.ceiling import Vantages, reachable
-from somatopy.experiment.checkpoint import FILE, read_checkpoint
+from somatopy.experiment.checkpoint import FILE
 from somatopy.experiment.description import DescriptionError, load_description
 from somatopy.experiment.loop import Experiment
 from somatopy.percept import Percept
@@ -39,7 +39,7 @@ def evaluate(folder: str | Path, postures: int = 2000) -> dict[str, Any]:
     if postures < 1:
         raise DescriptionError(f"At least one posture is needed, not {postures}.")
     experiment = Experiment(description.replaced(eye={"kind": "geometric"}))
-    experiment.restore(read_checkpoint(folder / FILE))
+    experiment.restore_from(folder / FILE)
     body, vantages = experiment.body, Vantages.of(experiment.body)
     rng = stream(description.seed, "evaluation")
     low, high = babbling_range(description, body).T

@@ -10,9 +10,17 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-from somatopy.experiment.build import build_babbler, build_body, build_damage, build_eye, build_learner, stream
-from somatopy.experiment.checkpoint import FILE, locked, write_checkpoint
-from somatopy.experiment.description import Description, Fiducial
+from somatopy.experiment.build import (
+    build_babbler,
+    build_body,
+    build_damage,
+    build_eye,
+    build_learner,
+    check_phases,
+    stream,
+)
+from somatopy.experiment.checkpoint import FILE, locked, read_checkpoint, write_checkpoint
+from somatopy.experiment.description import Description, DescriptionError, Fiducial
 from somatopy.experiment.recorder import PART_FRAMES, Recorder, write_json
 from somatopy.learners import HebbianLearner
 from somatopy.percept import Percept
@@ -54,6 +62,7 @@ class Experiment:
             self.eye = build_eye(description, self.body)
             self.babbler = build_babbler(description, self.body, self._reading.arm)
             self.learner = build_learner(description, self.body)
+            check_phases(description, self.learner)
             self._damages = [build_damage(phase, self.body) for phase in description.phases]
             self._damage_rng = stream(description.seed, "damage")
             if isinstance(description.eye, Fiducial):
@@ -90,13 +99,14 @@ class Experiment:
         with locked(folder):
             recorder = Recorder(folder, self.description, self.body.arm, self.body.head, self.learner.probes())
             recorder.restore(self._recorded)
-            self._began, self.body.render_s = perf_counter(), 0.0
+            self._began, self.body.render_s, start = perf_counter(), 0.0, self.done
             try:
                 return all(self._phase(index, folder, recorder, watch) for index in range(len(self._damages)))
             finally:
                 recorder.close()
                 self.body.close()
-                write_json(folder / "cost.json", self._cost())
+                if self.done > start or not (folder / "cost.json").exists():
+                    write_json(folder / "cost.json", self._cost())
 
     def _phase(self, index: int, folder: Path, recorder: Recorder, watch: Callable[[Experiment], bool] | None) -> bool:
         """What is left of one phase; whether it has ended."""
@@ -163,6 +173,18 @@ class Experiment:
         self._recorded = state["recorder"]
         self.done, self.hits = int(state["done"]), int(state["hits"])
         self.seconds, self._wall_before = dict(state["seconds"]), float(state["wall_s"])
+
+    def restore_from(self, checkpoint: Path) -> None:
+        """Stand where a checkpoint of the same description stood.
+
+        Raises:
+            DescriptionError: it cannot be read, or another description's parts are in it.
+        """
+        state = read_checkpoint(checkpoint)
+        try:
+            self.restore(state)
+        except (KeyError, TypeError, ValueError) as error:
+            raise DescriptionError(f"{checkpoint} does not fit the description of its run: {error}.") from error
 
     def _frame(self, phase: int, recorder: Recorder) -> None:
         """One frame of 1/15 s. The order is an invariant of the experiment."""

@@ -39,17 +39,17 @@ def paper() -> Description:
 
 def random(described: Description) -> Description:
     """Uniform random head postures: what ignorance scores."""
-    return described.replaced(learner=RandomControl())
+    return _instead(described, RandomControl())
 
 
 def fixed(described: Description) -> Description:
     """The single head posture that sees the hand most often while babbling."""
-    return described.replaced(learner=FixedControl())
+    return _instead(described, FixedControl())
 
 
 def nearest(described: Description) -> Description:
     """The nearest remembered hit: experience without a map."""
-    return described.replaced(learner=NearestControl())
+    return _instead(described, NearestControl())
 
 
 def frozen(described: Description) -> Description:
@@ -59,7 +59,8 @@ def frozen(described: Description) -> Description:
 
 def sampled(described: Description) -> Description:
     """An arm map drawn from 30 minutes of other babbling, and frozen; links learn."""
-    return frozen(described.replaced(learner=Hebbian(arm_codes="sampled")))
+    learner = described.learner if isinstance(described.learner, Hebbian) else Hebbian()
+    return frozen(described.replaced(learner=learner.model_copy(update={"arm_codes": "sampled"})))
 
 
 def shuffled(described: Description) -> Description:
@@ -86,6 +87,13 @@ def links_only(described: Description) -> Description:
 def maps_only(described: Description) -> Description:
     """Only maps learn after the first phase."""
     return _plastic_after(described, ("arm_map", "head_map"))
+
+
+def _instead(described: Description, learner: RandomControl | FixedControl | NearestControl) -> Description:
+    """Another learner, to which what phases said of the old one's parts does not apply."""
+    return described.replaced(
+        learner=learner, phases=[_with(phase, plastic=None, start="continue") for phase in described.phases]
+    )
 
 
 def _plastic_after(described: Description, parts: tuple[str, ...]) -> Description:

@@ -52,8 +52,12 @@ def prepare_folder(out: str | Path | None, description: Description) -> Path:
 
 def write_json(path: Path, table: dict[str, Any]) -> None:
     """Write `table` aside and rename it into place; NaN is refused."""
+    _replace(path, json.dumps(table, indent=2, allow_nan=False) + "\n")
+
+
+def _replace(path: Path, text: str) -> None:
     aside = path.with_name(path.name + ".partial")
-    aside.write_text(json.dumps(table, indent=2, allow_nan=False) + "\n")
+    aside.write_text(text)
     os.replace(aside, path)
 
 
@@ -127,7 +131,7 @@ class Recorder:
         (folder / "frames").mkdir(exist_ok=True)
         table = _without_none(description.model_dump(mode="json"))
         table |= {"cite": list(CITE), "versions": {name: version(name) for name in _PACKAGES}}
-        (folder / "experiment.toml").write_text(tomli_w.dumps(table))
+        _replace(folder / "experiment.toml", tomli_w.dumps(table))
 
     def record(self, phase: int, reading: Reading, percept: Percept, probes: dict[str, float]) -> None:
         """Take down one frame."""
@@ -173,7 +177,7 @@ class Recorder:
         self._part, self._frame, self._row = int(state["part"]), int(state["frame"]), int(state["row"])
         for name, rows in state["rows"].items():
             self._columns[name][: self._row] = rows
-        for part in (self._folder / "frames").iterdir():
+        for part in (self._folder / "frames").glob("part-*"):
             if part.suffix == ".partial" or int(part.stem.removeprefix("part-")) >= self._part:
                 part.unlink()
 

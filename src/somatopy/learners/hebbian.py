@@ -158,7 +158,7 @@ class HebbianLearner:
         }
 
     def shuffle_links(self, rng: np.random.Generator) -> None:
-        """Give each arm node the links of another, drawn at random: what is left is what any hit rate owes to chance."""
+        """Give each arm node the links of another, drawn at random: what is still hit then is hit by chance."""
         state = self.links.state()
         self.links.restore(state | {"links": rng.permutation(state["links"])})
 

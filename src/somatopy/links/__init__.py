@@ -1,6 +1,7 @@
 """Hebbian links between the nodes of two maps."""
 
+from somatopy.links.check import check_rule
 from somatopy.links.hebbian import HebbianLinks
 from somatopy.links.rules import PositiveHebb, Rule, activation
 
-__all__ = ["HebbianLinks", "PositiveHebb", "Rule", "activation"]
+__all__ = ["HebbianLinks", "PositiveHebb", "Rule", "activation", "check_rule"]

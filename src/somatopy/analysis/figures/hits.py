@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from somatopy.analysis.runs import Run
+from somatopy.analysis.series import border_name, phase_starts
+from somatopy.analysis.style import BORDER, HITS, PAPER, TREND, mark, source, style
 from somatopy.analysis.summary import summarise
 from somatopy.analysis.table import PAPER_TRENDS
 from somatopy.analysis.trends import MIN_WINDOWS, Trend, segments
@@ -18,25 +18,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["figure3", "save"]
+__all__ = ["figure3"]
 
-# Red, blue and green as in the paper; their lightness, widths and dashes keep them apart in grey.
-HITS, TREND, BORDER, PAPER = "#e0453a", "#123a8c", "#2f9e44", "#7a7a7a"
 LEGEND = ("hits, this run", "trend, this run", "trend, the paper's run")
-STYLE: Any = {
-    "font.family": "DejaVu Sans",
-    "font.size": 10.0,
-    "axes.spines.top": False,
-    "axes.titlesize": 11.0,
-    "axes.titlelocation": "left",
-    "axes.grid": True,
-    "axes.axisbelow": True,
-    "grid.color": "#e6e6e6",
-    "grid.linewidth": 0.8,
-    "legend.frameon": False,
-    "legend.handlelength": 2.6,
-    "svg.hashsalt": "somatopy",
-}
 
 
 def figure3(run: Run | Mapping[str, Any]) -> Figure:
@@ -51,10 +35,10 @@ def figure3(run: Run | Mapping[str, Any]) -> Figure:
     from matplotlib.figure import Figure
 
     summary = summarise(run) if isinstance(run, Run) else run
-    with _style():
+    with style():
         figure = Figure(figsize=(8.0, 4.6), layout="constrained")
         axes = figure.add_subplot()
-        starts = _starts(summary["phases"])
+        starts = phase_starts(summary["phases"])
         _draw_paper(axes, summary["phases"], starts)
         for phase, start in zip(summary["phases"], starts, strict=False):
             _draw_phase(axes, phase, start)
@@ -66,38 +50,6 @@ def figure3(run: Run | Mapping[str, Any]) -> Figure:
         named = [label for label in LEGEND if label in entries]
         figure.legend([entries[label] for label in named], named, loc="outside lower center", ncols=3)
     return figure
-
-
-def save(figure: Figure, folder: str | Path, stem: str) -> tuple[Path, Path]:
-    """Write `stem`.png (150 dpi) and `stem`.svg into a folder, made if need be: same figure, same bytes.
-
-    Returns:
-        The paths of both files.
-    """
-    png, svg = (Path(folder) / f"{stem}.{kind}" for kind in ("png", "svg"))
-    png.parent.mkdir(parents=True, exist_ok=True)
-    with _style():
-        figure.savefig(png, dpi=150)
-        figure.savefig(svg, metadata={"Date": None})
-    return png, svg
-
-
-@contextmanager
-def _style() -> Iterator[None]:
-    import matplotlib
-
-    with matplotlib.rc_context():
-        matplotlib.rcdefaults()  # a user's own settings must not change the bytes
-        matplotlib.rcParams.update(STYLE)
-        yield
-
-
-def _starts(phases: Sequence[Mapping[str, Any]]) -> list[float]:
-    """Where each phase starts and the last one ends, in windows."""
-    starts = [0.0]
-    for phase in phases:
-        starts.append(starts[-1] + phase["frames"] / WINDOW)
-    return starts
 
 
 def _draw_phase(axes: Axes, phase: Mapping[str, Any], start: float) -> None:
@@ -136,22 +88,9 @@ def _segments(phase: Mapping[str, Any]) -> list[range]:
 def _mark_borders(axes: Axes, phases: Sequence[Mapping[str, Any]], starts: Sequence[float]) -> None:
     for index, phase in enumerate(phases):
         if index and phase["frames"]:
-            _mark(axes, starts[index], _border(phases[index - 1]["damage"], phase["damage"]))
+            mark(axes, starts[index], border_name(phases[index - 1]["damage"], phase["damage"]))
         for cut in _segments(phase)[1:]:
-            _mark(axes, starts[index] + cut.start, "next trend")
-
-
-def _border(before: str, after: str) -> str:
-    if after != "none":
-        return "damage"
-    return "damage undone" if before != "none" else "next phase"
-
-
-def _mark(axes: Axes, at: float, text: str) -> None:
-    axes.axvline(at, color=BORDER, lw=1.4, zorder=1)
-    side, shift = ("left", 4) if at < 0.85 * axes.get_xlim()[1] else ("right", -4)
-    where = ("data", "axes fraction")
-    axes.annotate(text, (at, 1.0), (shift, -3), where, "offset points", color=BORDER, size=9.0, va="top", ha=side)
+            mark(axes, starts[index] + cut.start, "next trend")
 
 
 def _scale(axes: Axes, end: float) -> None:
@@ -163,8 +102,7 @@ def _scale(axes: Axes, end: float) -> None:
 
 
 def _label(axes: Axes, summary: Mapping[str, Any]) -> None:
-    learner, eye, motion, seed = (summary[key] for key in ("learner", "eye", "motion", "seed"))
-    axes.set_title(f"Hand seen: {learner} learner, {eye} eye, {motion} motion, seed {seed}")
+    axes.set_title(f"Hand seen: {source(summary)}")
     axes.set_xlabel("5-minute windows of robot time, each drawn where it starts")
     axes.set_ylabel("hits per 5-minute window (frames)")
     axes.secondary_yaxis("right", functions=(_percent, _hits)).set_ylabel("hit rate (%)")

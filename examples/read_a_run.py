@@ -1,0 +1,36 @@
+"""Read a run with pandas: how the hit rate grew, how far the gaze was off, and where the arm is when it is missed.
+
+usage: python read_a_run.py RUN
+"""
+
+import sys
+
+import numpy as np
+import pandas as pd
+
+from somatopy import load_run
+
+if len(sys.argv) != 2:
+    sys.exit(__doc__)
+run = load_run(sys.argv[1])
+frames = run.frames().to_pandas()
+phases = [phase["name"] for phase in run.description["phases"]]
+frames["phase"] = frames["phase"].map(dict(enumerate(phases)))
+frames["gaze_error_deg"] = np.rad2deg(frames["gaze_error_rad"])
+
+print(f"{run.path}: {len(frames)} frames, seed {run.description['seed']}\n")
+
+print("Hit rate and gaze error (degrees) of each phase:")
+errors = frames.groupby("phase", sort=False)["gaze_error_deg"].describe(percentiles=[0.5, 0.95])[["50%", "95%"]]
+print(errors.assign(hit_rate=frames.groupby("phase", sort=False)["hit"].mean()).round(3), "\n")
+
+print("Hit rate in windows of 5 minutes:")
+print(frames.groupby(frames["time_s"] // 300 * 5)["hit"].mean().rename_axis("from minute").round(3), "\n")
+
+print("Hit rate by the angle of each arm joint, thirds of its range from low to high:")
+joints = [name for name in frames if name.startswith("arm_") and name.endswith("_rad") and "command" not in name]
+thirds = {
+    name: frames["hit"].groupby(pd.cut(frames[name], 3, labels=["low", "middle", "high"]), observed=True).mean()
+    for name in joints
+}
+print(pd.DataFrame(thirds).T.round(3))

@@ -1,0 +1,68 @@
+"""The paper's Figures 4 and 5: distortion of the arm map and of the head map over time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from somatopy.analysis.runs import Run
+from somatopy.analysis.series import borders, distortion, phase_starts
+from somatopy.analysis.style import HITS, PAPER, TREND, mark, source, style
+from somatopy.analysis.summary import summarise
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+__all__ = ["PAPER_HEAD_BAND", "figure4", "figure5"]
+
+#: Where the paper's head distortion stays after ten minutes (Fig. 5).
+PAPER_HEAD_BAND = (0.01, 0.02)
+
+
+def figure4(run: Run) -> Figure | None:
+    """Draw the arm map's distortion, in the form of the paper's Figure 4; None for a learner without maps."""
+    return _figure(run, "arm", HITS)
+
+
+def figure5(run: Run) -> Figure | None:
+    """Draw the head map's distortion, in the form of the paper's Figure 5; None for a learner without maps."""
+    return _figure(run, "head", TREND)
+
+
+def _figure(run: Run, side: str, color: str) -> Figure | None:
+    from matplotlib.figure import Figure
+
+    at, means = distortion(run, side, every=60)
+    if not len(at):
+        return None
+    summary = summarise(run)
+    with style():
+        figure = Figure(figsize=(8.0, 3.6), layout="constrained")
+        axes = figure.add_subplot()
+        axes.plot(at, means, color=color, lw=1.6, zorder=3)
+        _scale(axes, summary, float(means.max()))
+        if side == "head":
+            _draw_paper_band(axes, summary)
+        for border, name in borders(summary["phases"]):
+            mark(axes, border, name)
+        axes.set_title(f"Distortion of the {side} map: {source(summary)}")
+        axes.set_xlabel("robot time, in 5-minute windows")
+        axes.set_ylabel(f"mean distance from {side} posture\nto winner, last 1,800 inputs\n(1 = a joint's whole range)")
+    return figure
+
+
+def _scale(axes: Axes, summary: Mapping[str, Any], top: float) -> None:
+    end = max(phase_starts(summary["phases"])[-1], 1.0)
+    axes.set_xlim(-0.015 * end, end)
+    axes.set_ylim(0, 1.2 * top if top > 0 else 1.0)
+    axes.locator_params(axis="x", integer=True)
+
+
+def _draw_paper_band(axes: Axes, summary: Mapping[str, Any]) -> None:
+    low, high = PAPER_HEAD_BAND
+    axes.set_ylim(0, max(axes.get_ylim()[1], 1.2 * high))
+    axes.axhspan(low, high, facecolor="#f0f0f0", edgecolor=PAPER, lw=0.8, ls=(0, (5, 2.5)), zorder=0)
+    end = axes.get_xlim()[1]
+    style: Any = {"color": "#5f5f5f", "size": 9.0, "ha": "right", "va": "top"}
+    axes.text(0.99 * end, high - 0.0006, "the paper's run after 10 min: 0.01 to 0.02", **style)

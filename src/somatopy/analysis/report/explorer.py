@@ -1,0 +1,68 @@
+"""Data of the report's map explorer: maps and strongest links at window ends, packed for the page's script."""
+
+from __future__ import annotations
+
+import base64
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from somatopy.analysis.figures.maps import joint_pairs, joints_of
+from somatopy.analysis.runs import Run
+from somatopy.analysis.snapshots import Snapshot, load_snapshot
+from somatopy.analysis.windows import WINDOW
+
+__all__ = ["explorer"]
+
+#: The page shows no more windows than this, spread evenly, so that its size stays bounded.
+WINDOWS = 60
+LINKS = 100
+#: Postures are packed as whole hundredths of a degree.
+STEPS = 100
+
+
+def explorer(run: Run) -> dict[str, Any] | None:
+    """Everything the page needs to draw the maps of any window.
+
+    Args:
+        run: an open run folder.
+
+    Returns:
+        Plain data for JSON; arrays are base64 of 16-bit integers. None where the run has no snapshots.
+    """
+    paths = run.snapshots
+    if not paths:
+        return None
+    chosen = np.unique(np.linspace(0, len(paths) - 1, min(WINDOWS, len(paths))).round().astype(int))
+    snapshots = [load_snapshot(paths[index]) for index in chosen]
+    first = snapshots[0]
+    arm, head = joints_of(run, "arm"), joints_of(run, "head")
+    return {
+        "steps": STEPS,
+        "arm": {"joints": arm, "shape": first.arm_shape, "pairs": joint_pairs(len(arm))},
+        "head": {"joints": head, "shape": first.head_shape, "pairs": joint_pairs(len(head))},
+        "yaw": np.degrees(first.head_limits[0]).round(1).tolist(),
+        "windows": [_packed(snapshot) for snapshot in snapshots],
+    }
+
+
+def _packed(maps: Snapshot) -> dict[str, Any]:
+    pre, post, weight = maps.gaze_links()
+    leads = np.full(len(maps.arm_codebook), -1)
+    leads[pre] = post
+    return {
+        "minutes": round(maps.frame / WINDOW * 5, 1),
+        "arm": _base64(np.degrees(maps.arm_postures()) * STEPS),
+        "head": _base64(np.degrees(maps.head_postures()) * STEPS),
+        "leads": _base64(leads),
+        "pre": _base64(pre[:LINKS]),
+        "strength": _base64(1000 * weight[:LINKS] / weight.max() if len(weight) else []),
+        "links": len(maps.link_weight),
+        "linked": len(pre),
+    }
+
+
+def _base64(values: ArrayLike) -> str:
+    whole = np.clip(np.rint(np.asarray(values, dtype=np.float64)), -(2**15), 2**15 - 1)
+    return base64.b64encode(whole.astype("<i2").tobytes()).decode("ascii")

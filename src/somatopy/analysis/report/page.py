@@ -1,0 +1,212 @@
+"""The page: what is said, in which order; the template beside this file says how it looks."""
+
+from __future__ import annotations
+
+import base64
+import io
+import json
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from somatopy.analysis.claims import VERDICTS, judge
+from somatopy.analysis.report.charts import (
+    distortion_chart,
+    efficiency_chart,
+    gaze_chart,
+    hits_chart,
+    misses_chart,
+)
+from somatopy.analysis.report.explorer import explorer
+from somatopy.analysis.report.words import CAPTIONS, FIGURE_TITLES, headline, intervals, minutes, phase_title, tally
+from somatopy.analysis.runs import Run, load_run
+from somatopy.analysis.standings import Standing, standings
+from somatopy.analysis.summary import summarise
+from somatopy.analysis.table import comparison
+
+__all__ = ["Source", "render_report", "write_report"]
+
+#: Widest picture that is embedded, px.
+WIDEST = 1500
+
+
+@dataclass(frozen=True)
+class Source:
+    """A run to report on.
+
+    Attributes:
+        name: what the page calls it.
+        run: its folder.
+        summary: its measures.
+        standings: bounds, itself, controls.
+    """
+
+    name: str
+    run: Run
+    summary: Mapping[str, Any]
+    standings: Sequence[Standing]
+
+    @classmethod
+    def of(cls, path: str | os.PathLike[str], name: str | None = None) -> Source:
+        """Open a run folder and compute what the report says of it."""
+        run = load_run(path)
+        summary = summarise(run)
+        return cls(name or run.path.resolve().name, run, summary, standings(run, summary))
+
+
+def write_report(paths: Sequence[str | os.PathLike[str]], out: str | os.PathLike[str] | None = None) -> Path:
+    """Write the report of one run, or of several side by side.
+
+    Args:
+        paths: run folders.
+        out: the file; report.html in the first folder if None.
+
+    Returns:
+        The file, replaced as a whole or not at all.
+
+    Raises:
+        ValueError: no folder is named.
+        RunFolderError: a folder cannot be used.
+    """
+    if not paths:
+        raise ValueError("A report needs at least one run folder.")
+    target = Path(out) if out is not None else Path(paths[0]) / "report.html"
+    text = render_report([Source.of(path, name) for path, name in zip(paths, _names(paths), strict=True)])
+    aside = target.with_name(target.name + ".partial")
+    aside.write_text(text, encoding="utf-8")
+    os.replace(aside, target)
+    return target
+
+
+def render_report(sources: Sequence[Source]) -> str:
+    """The page as text: everything in it, nothing to fetch."""
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+    from plotly.offline import get_plotlyjs
+
+    environment = Environment(
+        loader=PackageLoader("somatopy.analysis", "report"), autoescape=True, undefined=StrictUndefined, trim_blocks=True
+    )
+    folder = Path(__file__).parent
+    text = environment.get_template("page.html").render(
+        **_content(sources),
+        css=(folder / "page.css").read_text(encoding="utf-8"),
+        script=(folder / "page.js").read_text(encoding="utf-8"),
+        plotly=get_plotlyjs(),
+    )
+    return text.replace("@@SIZE@@", f"{len(text.encode()) / 1e6:.1f} MB")
+
+
+def _names(paths: Sequence[str | os.PathLike[str]]) -> list[str]:
+    """The shortest ends of the paths that tell them apart."""
+    parts = [Path(path).resolve().parts for path in paths]
+    for depth in range(1, max(map(len, parts)) + 1):
+        names = ["/".join(part[-depth:]) for part in parts]
+        if len(set(names)) == len(set(parts)):
+            break
+    return [f"{name} ({k})" if names[:k].count(name) else name for k, name in enumerate(names)]
+
+
+def _content(sources: Sequence[Source]) -> dict[str, Any]:
+    first, alone = sources[0], len(sources) == 1
+    judged = [judge(source.summary) for source in sources]
+    claims = [
+        {"claim": claim, "findings": [found[index][1] for found in judged]}
+        for index, (claim, _) in enumerate(judged[0])
+    ]
+    return {
+        "title": first.name if alone else f"{len(sources)} runs compared",
+        "alone": alone,
+        "sources": sources,
+        "first": first,
+        "headline": headline(first.run, first.summary, first.standings) if alone else "",
+        "tallies": [tally([finding.verdict for _, finding in found]) for found in judged],
+        "verdicts": VERDICTS,
+        "claims": claims,
+        "plots": {name: _embeddable(json.loads(figure.to_json())) for name, figure in _charts(sources)},
+        "captions": CAPTIONS,
+        "phases": [phase_title(first.summary, index) for index in range(len(first.summary["phases"]))],
+        "overview": [_overview(source) for source in sources],
+        "differences": _differences(sources),
+        "maps": _embeddable(explorer(first.run)) if alone and first.run.snapshots else None,
+        "figures": list(_pictures(first.run)) if alone else [],
+        "rows": comparison(first.summary) if alone else [],
+        "runs": [_what_was_run(source) for source in sources],
+    }
+
+
+def _charts(sources: Sequence[Source]) -> Iterator[tuple[str, Any]]:
+    drawn = [(source.name, source.run, source.summary) for source in sources]
+    charts = {
+        "hits": hits_chart(drawn),
+        "efficiency": efficiency_chart(drawn, {source.name: source.standings for source in sources}),
+        "arm": distortion_chart(drawn, "arm"),
+        "head": distortion_chart(drawn, "head"),
+        "gaze": gaze_chart(drawn),
+        "misses": misses_chart(sources[0].run, sources[0].summary) if len(sources) == 1 else None,
+    }
+    return ((name, figure) for name, figure in charts.items() if figure is not None)
+
+
+def _embeddable(value: Any) -> Any:
+    """JSON that may stand inside a script element."""
+    from markupsafe import Markup
+
+    text = json.dumps(value, allow_nan=False, separators=(",", ":"))
+    return Markup(text.replace("&", "\\u0026").replace("<", "\\u003c").replace(">", "\\u003e"))  # noqa: S704
+
+
+def _overview(source: Source) -> dict[str, Any]:
+    """A run in a row: rates, efficiencies and slopes."""
+    own = next(found for found in source.standings if found.summary is source.summary)
+    return {"source": source, "own": own, "trends": intervals(source.summary), "minutes": minutes(source.summary)}
+
+
+def _differences(sources: Sequence[Source]) -> list[tuple[str, list[Any]]]:
+    """Settings in which the runs differ, with each run's value."""
+    described = [dict(_leaves(source.run.description)) for source in sources]
+    keys = sorted({key for leaves in described for key in leaves if not key.startswith(("cite", "versions."))})
+    values = [(key, [leaves.get(key, "—") for leaves in described]) for key in keys]
+    return [(key, found) for key, found in values if any(value != found[0] for value in found)]
+
+
+def _leaves(value: Any, prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """Dotted keys of a description with their values; lists of plain values are values."""
+    items: Iterator[tuple[Any, Any]]
+    if isinstance(value, dict):
+        items = iter(value.items())
+    elif isinstance(value, list) and any(isinstance(entry, dict) for entry in value):
+        items = iter(enumerate(value))
+    else:
+        yield prefix, value
+        return
+    for key, entry in items:
+        yield from _leaves(entry, f"{prefix}.{key}" if prefix else str(key))
+
+
+def _pictures(run: Run) -> Iterator[dict[str, str]]:
+    """The run's figures, as far as they were drawn, made small enough to be carried along."""
+    from PIL import Image
+
+    for name, title in FIGURE_TITLES.items():
+        path = run.path / "figures" / f"{name}.png"
+        if path.is_file():
+            with Image.open(path) as picture:
+                picture.thumbnail((WIDEST, 4 * WIDEST), Image.Resampling.LANCZOS)
+                packed = io.BytesIO()
+                picture.convert("RGB").save(packed, "WEBP", quality=80, method=4)
+            data = base64.b64encode(packed.getvalue()).decode("ascii")
+            yield {"title": title, "uri": f"data:image/webp;base64,{data}", "file": f"figures/{name}.svg"}
+
+
+def _what_was_run(source: Source) -> dict[str, Any]:
+    run = source.run
+    described = {key: value for key, value in run.description.items() if key not in ("cite", "versions")}
+    return {
+        "name": source.name,
+        "settings": list(_leaves(described)),
+        "versions": run.description.get("versions", {}),
+        "cite": run.description.get("cite", []),
+        "cost": run.cost,
+    }

@@ -1,0 +1,100 @@
+"""What the report says in words: sentences made of a run's numbers, and the captions of its plots."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from somatopy.analysis.claims import VERDICTS
+from somatopy.analysis.figures.misses import phase_names
+from somatopy.analysis.runs import Run
+from somatopy.analysis.standings import OWN, Standing
+from somatopy.analysis.trends import Trend, quantile
+from somatopy.analysis.windows import FRAMES_PER_MINUTE
+
+__all__ = ["CAPTIONS", "FIGURE_TITLES", "headline", "intervals", "minutes", "phase_title", "tally"]
+
+FIGURE_TITLES = {
+    "figure2": "Figure 2: maps and their strongest links",
+    "figure3": "Figure 3: hits per five minutes, with trends",
+    "figure4": "Figure 4: distortion of the arm map",
+    "figure5": "Figure 5: distortion of the head map",
+    "efficiency": "Beside what was possible",
+    "misses": "How often each arm region is missed",
+    "filmstrip": "What the head camera saw",
+}
+
+CAPTIONS = {
+    "hits": "Hits are frames in which the marker on the hand was detected. A window is drawn where it starts; it has 4,500 "
+    "frames. Trends are least squares over full windows, restarted at the damage and 35 minutes after it, as in the paper.",
+    "efficiency": "The ceiling is the share of frames in which some head posture would have seen the hand. The reactive "
+    "bound is what perfect knowledge of the arm, without looking ahead, makes of it. Both are reckoned by the geometric "
+    "eye; so are the controls, which run on the same arm movements.",
+    "arm": "Mean distance from arm posture to winner over the last 1,800 inputs, after the update; 1 is a joint's whole "
+    "range (the paper's Figure 4).",
+    "head": "The same for the head map (the paper's Figure 5).",
+    "gaze": "Angle between the camera's optical axis and the hand, seen or not, over stretches of five minutes.",
+    "misses": "Share of frames in which the hand was not seen, by the arm's true posture. Where no head posture sees the "
+    "hand, it is always missed. Grey: fewer than 30 frames.",
+    "maps": "Arm units take the colour of the head unit that their strongest link leads to: the gaze they stand for. "
+    "Hollow units have no link yet. Lines: the 100 strongest of those links.",
+}
+
+
+def headline(run: Run, summary: Mapping[str, Any], found: Sequence[Standing]) -> str:
+    """The result in two or three sentences."""
+    phases = [(k, phase) for k, phase in enumerate(summary["phases"]) if phase["frames"]]
+    if not phases:
+        return "No frame of this run was recorded."
+    parts = [f"{100 * phase['rate']:.1f} % of {phase['frames']:,} frames {_when(summary, k)}" for k, phase in phases]
+    sentences = [f"The hand was seen in {_and(parts)}."]
+    own = next(standing for standing in found if standing.name == OWN)
+    reached = [f"{100 * own.efficiencies[k]:.0f} % {_when(summary, k)}" for k, _ in phases if own.efficiencies[k]]
+    if reached:
+        sentences.append(f"Of what any gaze could have seen, that is {_and(reached)}.")
+    controls = [f"{s.name} {100 * s.rates[phases[0][0]]:.1f} %" for s in found if s.summary and s is not own]
+    if controls:
+        sentences.append(f"On the same movements the controls saw it, {_when(summary, phases[0][0])}: {_and(controls)}.")
+    return " ".join(sentences)
+
+
+def tally(verdicts: Sequence[str]) -> str:
+    """How many claims hold.
+
+    Example:
+        >>> tally(["holds", "cannot tell", "holds"])
+        '2 hold, 0 do not, of 1 this run cannot tell'
+    """
+    holds, not_so, unknown = (list(verdicts).count(verdict) for verdict in VERDICTS)
+    return f"{holds} hold, {not_so} do not, of {unknown} this run cannot tell"
+
+
+def phase_title(summary: Mapping[str, Any], index: int) -> str:
+    """Number and state of a phase: phase 1, intact."""
+    return f"phase {index + 1}, {phase_names(summary)[index]}"
+
+
+def minutes(summary: Mapping[str, Any]) -> list[str]:
+    """Length of each phase in minutes of robot time."""
+    return [f"{phase['frames'] / FRAMES_PER_MINUTE:.1f}" for phase in summary["phases"]]
+
+
+def intervals(summary: Mapping[str, Any]) -> list[str]:
+    """Every trend's slope with its 95 % interval, in order; — where there is none."""
+    texts = []
+    for phase in summary["phases"]:
+        for entry in phase["trends"]:
+            trend = Trend(**entry) if entry else None
+            reach = quantile(trend.last - trend.first + 1) * trend.slope_se if trend else 0.0
+            texts.append(f"{trend.slope:+.2f} ± {reach:.2f}" if trend else "—")
+    return texts
+
+
+def _when(summary: Mapping[str, Any], index: int) -> str:
+    if summary["phases"][index]["damage"] != "none":
+        return "after the damage"
+    return "while intact" if index == 0 else f"in phase {index + 1}, undamaged"
+
+
+def _and(parts: Sequence[str]) -> str:
+    return parts[0] if len(parts) == 1 else f"{', '.join(parts[:-1])} and {parts[-1]}"

@@ -1,0 +1,146 @@
+"""Whether convex shapes stand between two points: compiled tests of a ray against each kind of shape."""
+
+from __future__ import annotations
+
+import math
+
+from somatopy._jit import jit
+from somatopy.percept import Floats, Ints
+
+__all__ = ["Vector", "any_between"]
+
+_SPHERE, _ELLIPSOID, _CYLINDER, _BOX = 2, 4, 5, 6
+
+Vector = tuple[float, float, float]
+
+
+@jit
+def _dot(a: Vector, b: Vector) -> float:
+    """Scalar product."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@jit
+def any_between(poses: Floats, kinds: Ints, sizes: Floats, camera: Floats, points: Floats, radius: float) -> bool:
+    """Whether any shape is entered on the way from the camera to any of nine points.
+
+    A shape that the camera is inside of hides nothing, as it does in a picture: insides are not drawn.
+
+    Args:
+        poses: position and rotation (row by row) of each shape, shape (n, 12).
+        kinds: MuJoCo's geom type of each, shape (n,).
+        sizes: half-sizes and bounding radius of each, shape (n, 4).
+        camera: position in its first three entries.
+        points: in its first nine rows; the last is their middle; shape (at least 9, 3).
+        radius: of a ball around that middle which holds them all.
+    """
+    way = points[8, 0] - camera[0], points[8, 1] - camera[1], points[8, 2] - camera[2]
+    scale = 1.0 / _dot(way, way)
+    for n in range(len(poses)):
+        p = poses[n, 0] - camera[0], poses[n, 1] - camera[1], poses[n, 2] - camera[2]
+        t = min(max(_dot(p, way) * scale, 0.0), 1.0)
+        gap = p[0] - t * way[0], p[1] - t * way[1], p[2] - t * way[2]
+        reach = sizes[n, 3] + radius
+        if _dot(gap, gap) < reach * reach and _is_between(poses, n, kinds[n], sizes, p, camera, points):
+            return True
+    return False
+
+
+@jit
+def _is_between(poses: Floats, n: int, kind: int, sizes: Floats, p: Vector, camera: Floats, points: Floats) -> bool:
+    """Whether shape n, at `p` from the camera, is entered on the way from there to any of nine points."""
+    o = _turned(poses, n, -p[0], -p[1], -p[2])
+    x, y, z = sizes[n, 0], sizes[n, 1], sizes[n, 2]
+    for k in range(9):
+        d = _turned(poses, n, points[k, 0] - camera[0], points[k, 1] - camera[1], points[k, 2] - camera[2])
+        if kind in (_SPHERE, _ELLIPSOID):
+            entered = _enters_ellipsoid(o, d, x, y, z)
+        elif kind == _BOX:
+            entered = _enters_box(o, d, x, y, z)
+        elif kind == _CYLINDER:
+            entered = _enters_cylinder(o, d, x, y)
+        else:
+            entered = _enters_capsule(o, d, x, y)
+        if entered:
+            return True
+    return False
+
+
+@jit
+def _turned(poses: Floats, n: int, x: float, y: float, z: float) -> Vector:
+    """A vector of the world in the axes of shape n."""
+    return (
+        poses[n, 3] * x + poses[n, 6] * y + poses[n, 9] * z,
+        poses[n, 4] * x + poses[n, 7] * y + poses[n, 10] * z,
+        poses[n, 5] * x + poses[n, 8] * y + poses[n, 11] * z,
+    )
+
+
+@jit
+def _first_root(a: float, b: float, c: float) -> float:
+    """The first t with a t^2 + 2 b t + c = 0 if a ray from outside (c > 0) goes in there, else -1."""
+    discriminant = b * b - a * c
+    if discriminant <= 0.0 or c <= 0.0 or a <= 0.0:
+        return -1.0
+    return (-b - math.sqrt(discriminant)) / a
+
+
+@jit
+def _enters_ellipsoid(o: Vector, d: Vector, x: float, y: float, z: float) -> bool:
+    """Whether o + t d, t in (0, 1), enters the ellipsoid with half-axes x, y, z from outside."""
+    p, q = (o[0] / x, o[1] / y, o[2] / z), (d[0] / x, d[1] / y, d[2] / z)
+    return 0.0 < _first_root(_dot(q, q), _dot(p, q), _dot(p, p) - 1.0) < 1.0
+
+
+@jit
+def _enters_box(o: Vector, d: Vector, x: float, y: float, z: float) -> bool:
+    """Whether o + t d, t in (0, 1), enters the box with half-edges x, y, z from outside."""
+    first, last = -math.inf, math.inf
+    for at, step, half in ((o[0], d[0], x), (o[1], d[1], y), (o[2], d[2], z)):
+        if abs(step) < 1e-12:
+            if abs(at) > half:
+                return False
+        else:
+            t0, t1 = (-half - at) / step, (half - at) / step
+            first, last = max(first, min(t0, t1)), min(last, max(t0, t1))
+    return first < last and 0.0 < first < 1.0
+
+
+@jit
+def _enters_cylinder(o: Vector, d: Vector, radius: float, half: float) -> bool:
+    """Whether o + t d, t in (0, 1), enters the cylinder along z with that radius and half height from outside."""
+    a, b, c = _across(o, d, radius)
+    t = _first_root(a, b, c)
+    if 0.0 < t < 1.0 and abs(o[2] + t * d[2]) < half:
+        return True
+    if abs(o[2]) <= half or o[2] * d[2] >= 0.0:
+        return False
+    t = (math.copysign(half, o[2]) - o[2]) / d[2]
+    return t < 1.0 and a * t * t + 2.0 * b * t + c < 0.0
+
+
+@jit
+def _enters_capsule(o: Vector, d: Vector, radius: float, half: float) -> bool:
+    """Whether o + t d, t in (0, 1), enters the capsule along z with that radius and half length from outside."""
+    a, b, c = _across(o, d, radius)
+    beyond = max(abs(o[2]) - half, 0.0)
+    if c + beyond * beyond <= 0.0:
+        return False
+    t = _first_root(a, b, c)
+    if 0.0 < t < 1.0 and abs(o[2] + t * d[2]) < half:
+        return True
+    for end in (-half, half):
+        z = o[2] - end
+        if 0.0 < _first_root(a + d[2] * d[2], b + z * d[2], c + z * z) < 1.0:
+            return True
+    return False
+
+
+@jit
+def _across(o: Vector, d: Vector, radius: float) -> Vector:
+    """Coefficients a, b, c by which a t^2 + 2 b t + c < 0 within the endless cylinder along z."""
+    return (
+        d[0] * d[0] + d[1] * d[1],
+        o[0] * d[0] + o[1] * d[1],
+        o[0] * o[0] + o[1] * o[1] - radius * radius,
+    )

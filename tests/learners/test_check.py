@@ -1,0 +1,303 @@
+"""The laws of learners: ours keep them, and a learner that breaks one is told which."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from somatopy.contract import ContractError
+from somatopy.learners import FixedGaze, HebbianLearner, NearestGaze, RandomGaze, check_learner
+from somatopy.maps import DSOM
+from somatopy.percept import Percept
+
+
+def test_the_papers_learner_keeps_them() -> None:
+    """With maps of the paper's size, and with small ones."""
+    check_learner(HebbianLearner)
+    small = DSOM(shape=(4, 5))
+    check_learner(lambda *robot: HebbianLearner(*robot, arm_map=small, head_map=small))
+
+
+def test_controls_keep_them() -> None:
+    """Random, fixed, and the nearest hit, whose memory is as long as its life."""
+    check_learner(lambda arm, head, image, rng: RandomGaze(head, rng))
+    check_learner(lambda arm, head, image, rng: FixedGaze(head.mean(axis=1)))
+    check_learner(lambda arm, head, image, rng: NearestGaze(arm, head, rng), growth=None)
+
+
+class Mean:
+    """A sound learner: looks around the mean head posture of its hits."""
+
+    PARTS = frozenset({"mean", "spread"})
+
+    def __init__(self, arm: Any, head: Any, image: tuple[int, int], rng: np.random.Generator) -> None:
+        self.arm, self.head, self.rng = arm, head, rng
+        self.mean, self.hits, self.error = head.mean(axis=1), 0, np.nan
+        self._plastic = self.PARTS
+
+    @property
+    def plastic(self) -> Any:
+        return self._plastic
+
+    @plastic.setter
+    def plastic(self, parts: Any) -> None:
+        if parts - self.PARTS:
+            raise ValueError(f"parts: {sorted(self.PARTS)}")
+        self._plastic = parts
+
+    def observe(self, percept: Percept) -> None:
+        self.error = float(np.abs(percept.head - self.mean).max())
+        if percept.sighting is not None and "mean" in self.plastic:
+            self.hits += 1
+            self.learn(percept)
+
+    def learn(self, percept: Percept) -> None:
+        self.mean += (percept.head - self.mean) / self.hits
+
+    def gaze(self, percept: Percept) -> Any:
+        return self.clip(self.predict(percept.arm) + self.rng.normal(0, 0.1, len(self.head)))
+
+    def clip(self, gaze: Any) -> Any:
+        return np.clip(gaze, *self.head.T)
+
+    def predict(self, arm: Any) -> Any:
+        return self.clip(self.mean)
+
+    def probes(self) -> dict[str, float]:
+        return {"hits": self.hits, "error": self.error}
+
+    def maps(self) -> dict[str, Any]:
+        return {"mean": self.mean.copy()}
+
+    def state(self) -> dict[str, Any]:
+        rng = self.rng.bit_generator.state
+        return {"mean": self.mean.copy(), "hits": self.hits, "error": self.error, "rng": rng}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        self.mean, self.hits, self.error = state["mean"].copy(), state["hits"], state["error"]
+        self.rng.bit_generator.state = state["rng"]
+
+
+class Silent:
+    def __init__(self, *robot: Any) -> None: ...
+
+    def observe(self, percept: Percept) -> None: ...
+
+
+class TwoJoints(Mean):
+    def __init__(self, arm: Any, head: Any, image: tuple[int, int], rng: np.random.Generator) -> None:
+        (_, _), (_, _) = head
+        super().__init__(arm, head, image, rng)
+
+
+class Padded(Mean):
+    def predict(self, arm: Any) -> Any:
+        return np.append(super().predict(arm), 0.0)
+
+
+class Whole(Mean):
+    def predict(self, arm: Any) -> Any:
+        return np.zeros(len(self.head), int)
+
+
+class NoMiss(Mean):
+    def gaze(self, percept: Percept) -> Any:
+        return super().gaze(percept) + 0 * percept.sighting.pixel[0]  # type: ignore[union-attr]
+
+
+class NoHitYet(Mean):
+    def predict(self, arm: Any) -> Any:
+        return super().predict(arm) * (np.float64(self.hits) / self.hits)
+
+
+class Inside(Mean):
+    def gaze(self, percept: Percept) -> Any:
+        units = (percept.arm - self.arm[:, 0]) / (self.arm[:, 1] - self.arm[:, 0])
+        return super().gaze(percept) + 0 * np.arccos(2 * units[0] - 1)
+
+
+class Sprawling(Mean):
+    def gaze(self, percept: Percept) -> Any:
+        return self.predict(percept.arm) + self.rng.normal(0, 9, len(self.head))
+
+
+class Drawing(Mean):
+    def predict(self, arm: Any) -> Any:
+        return (
+            self.gaze(Percept(0.0, arm, arm, arm, arm)) if self.hits < 0 else self.clip(self.mean + self.rng.random())
+        )
+
+
+class Counting(Mean):
+    def predict(self, arm: Any) -> Any:
+        self.hits += 1
+        return super().predict(arm)
+
+
+class Secretive(Mean):
+    asked = 0
+
+    def predict(self, arm: Any) -> Any:
+        self.asked += 1
+        return super().predict(arm)
+
+    def gaze(self, percept: Percept) -> Any:
+        return self.clip(super().gaze(percept) + 0.01 * (self.asked % 3))
+
+
+class ArraysOnly(Mean):
+    def predict(self, arm: Any) -> Any:
+        return super().predict(arm) + 0 * arm.mean()
+
+
+class InPlace(Mean):
+    def observe(self, percept: Percept) -> None:
+        super().observe(percept)
+        percept.arm[:] -= self.arm[:, 0]
+
+
+class Keeping(Mean):
+    def learn(self, percept: Percept) -> None:
+        self.mean = percept.head
+
+
+class Lending(Mean):
+    def predict(self, arm: Any) -> Any:
+        return self.mean
+
+
+class Unseeded(Mean):
+    def gaze(self, percept: Percept) -> Any:
+        return self.clip(self.mean + np.random.default_rng().normal(0, 0.1, len(self.head)))
+
+
+class LateProbes(Mean):
+    def probes(self) -> dict[str, float]:
+        return super().probes() if self.hits else {}
+
+
+class ShiftyProbes(Mean):
+    def probes(self) -> dict[str, float]:
+        return {"error": self.error if self.hits else 0}
+
+
+class WordyProbes(Mean):
+    def probes(self) -> Any:
+        return {"error": "none"}
+
+
+class LentMaps(Mean):
+    def maps(self) -> dict[str, Any]:
+        return {"mean": self.mean}
+
+
+class ListedMaps(Mean):
+    def maps(self) -> dict[str, Any]:
+        return {"mean": self.mean.tolist()}
+
+
+class Restless(Mean):
+    def learn(self, percept: Percept) -> None:
+        super().learn(percept)
+
+    def observe(self, percept: Percept) -> None:
+        super().observe(percept)
+        if not self.plastic:
+            self.mean += 0.001 * (percept.head - self.mean)
+
+
+class Listed(Mean):
+    PARTS: Any = ("mean",)
+
+
+class Inseparable(Mean):
+    def observe(self, percept: Percept) -> None:
+        super().observe(percept)
+        if len(self.plastic) == 1:
+            raise KeyError("spread")
+
+
+class Permissive(Mean):
+    @property
+    def plastic(self) -> Any:
+        return self._plastic
+
+    @plastic.setter
+    def plastic(self, parts: Any) -> None:
+        self._plastic = parts
+
+
+class Forgetful(Mean):
+    def restore(self, state: dict[str, Any]) -> None:
+        super().restore(state | {"hits": 1})
+
+
+class Opaque(Mean):
+    def state(self) -> dict[str, Any]:
+        return super().state() | {"generator": self.rng}
+
+
+class Remembering(Mean):
+    def __init__(self, *robot: Any) -> None:
+        super().__init__(*robot)
+        self.past = np.empty((0, len(self.head)))
+
+    def learn(self, percept: Percept) -> None:
+        super().learn(percept)
+        self.past = np.vstack([self.past, percept.head])
+
+    def state(self) -> dict[str, Any]:
+        return super().state() | {"past": self.past.copy()}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        super().restore(state)
+        self.past = state["past"].copy()
+
+
+def test_another_sound_learner_passes() -> None:
+    """One without maps; one that leaves clipping to the body, one whose memory grows, if that is said."""
+    check_learner(Mean)
+    check_learner(Sprawling, body_clips=True)
+    check_learner(Remembering, growth=None)
+    check_learner(Remembering, growth=200 * 3 * 8)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (Silent, "all members of Learner.*Silent lacks gaze, maps, plastic, predict, probes, restore, state"),
+        (TwoJoints, "it can be made for 2 arm and 1 head joints.*ValueError"),
+        (Padded, r"finite head postures \(2,\) with the hand never seen"),
+        (Whole, "finite head postures.*Seen: array"),
+        (NoMiss, "finite head postures .* with the hand never seen.*AttributeError"),
+        (NoHitYet, "finite head postures .* with the hand never seen"),
+        (Inside, "finite head postures .* seen and postures outside the limits"),
+        (Sprawling, r"inside the head's limits.*say check_learner\(..., body_clips=True\)"),
+        (Drawing, "predict is pure.*and then"),
+        (Counting, r"predict is pure.*state\(\) is another"),
+        (Secretive, "predict is pure.*a twin that never predicted"),
+        (ArraysOnly, "predict is pure.*AttributeError"),
+        (InPlace, "observe and gaze leave the percept alone"),
+        (Keeping, "arrays taken and given stay the caller's"),
+        (Lending, "arrays taken and given stay the caller's"),
+        (LateProbes, r"probes have the same names.*\{\} at first, then \{'hits'"),
+        (ShiftyProbes, "the same types, whole or float.*'whole'.* at first, then .*'float'"),
+        (WordyProbes, "probes.*the probe 'none' is no number"),
+        (LentMaps, r"maps\(\) are arrays that later frames leave alone.*they changed"),
+        (ListedMaps, r"maps\(\) are arrays"),
+        (Listed, "plastic is a frozenset of names"),
+        (Inseparable, "each may learn alone.*KeyError: 'spread'"),
+        (Restless, "with plastic empty nothing is learned"),
+        (Permissive, "an unknown part is refused.*beside .'mean', 'spread'."),
+        (Unseeded, "one seed, one behaviour"),
+        (Forgetful, r"restore\(state\) continues bit for bit"),
+        (Opaque, r"state\(\) is plain data.*'generator'"),
+        (Remembering, r"memory is bounded: the state grows by at most 0 bytes.*Seen: \d+ bytes more"),
+    ],
+)
+def test_each_law_is_held(make: Any, message: str) -> None:
+    """One learner that breaks each."""
+    with pytest.raises(ContractError, match=message), np.errstate(all="ignore"):
+        check_learner(make)
