@@ -14,6 +14,7 @@ reproduce: .venv/ready gl  ## the paper's experiment, end to end; options by ARG
 
 test: lint gl  ## lint, then every test and every example in a docstring
 	@$(SETUP) osmesa
+	@$(SETUP) browser
 	$(BIN)/python -m pytest $(ARGS)
 
 lint: .venv/ready-test  ## ruff and mypy

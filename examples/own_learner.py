@@ -4,33 +4,23 @@ usage: python own_learner.py [MINUTES of robot time, 10 by default]
 """
 
 import sys
+import tempfile
 
 import numpy as np
 
-from somatopy import check_learner, paper
-from somatopy.experiment import Experiment
-from somatopy.learners import Scale
-from somatopy.percept import Percept
+from somatopy import check_learner, paper, run
+from somatopy.learners import Plastic, Scale
 
 
-class QuadraticGaze:
+class QuadraticGaze(Plastic):
     """Head posture as a quadratic function of the arm's, fitted to the hits; where the hand is lost, around it."""
+
+    PARTS = frozenset({"fit"})
 
     def __init__(self, arm_limits, head_limits, image_size, rng):
         self.arm, self.head, self.rng = Scale(arm_limits), Scale(head_limits), rng
         terms = len(self.features(self.arm.low))
         self.gram, self.sums = np.eye(terms), np.zeros((terms, len(self.head.low)))
-        self.plastic = {"fit"}
-
-    @property
-    def plastic(self):
-        return self._plastic
-
-    @plastic.setter
-    def plastic(self, parts):
-        if set(parts) - {"fit"}:
-            raise ValueError(f"Only 'fit' can learn here, not {sorted(parts)}.")
-        self._plastic = frozenset(parts)
 
     def features(self, arm):
         x = np.append(1.0, 2 * self.arm.to_unit(arm) - 1)
@@ -65,29 +55,12 @@ class QuadraticGaze:
         self.rng.bit_generator.state = state["rng"]
 
 
-def share_seen(learner, frames, experiment):
-    """Share of frames in which the hand is seen while this learner moves the head: the loop of every experiment."""
-    body, reading, seen = experiment.body, experiment.body.reset(), 0
-    for _ in range(frames):
-        sighting = experiment.eye.look(reading)
-        percept = Percept(
-            reading.time, reading.arm, reading.head, reading.arm_command, reading.head_command, sighting, reading.dt
-        )
-        learner.observe(percept)
-        reading = body.step(experiment.babbler.command(reading.time), learner.gaze(percept))
-        seen += sighting is not None
-    return seen / frames
-
-
 check_learner(QuadraticGaze)
 print("QuadraticGaze keeps the contract of learners.")
 minutes = float(sys.argv[1]) if len(sys.argv) > 1 else 10.0
-description = paper().replaced(eye={"kind": "geometric"}, body={"motion": "kinematic"})
-for name in ("HebbianLearner", "QuadraticGaze"):
-    experiment = Experiment(description)  # the same seed, so the same movements of the arm
-    body, learner = experiment.body, experiment.learner
-    if name == "QuadraticGaze":
-        limits = [np.column_stack([group.lower, group.upper]) for group in (body.arm, body.head)]
-        learner = QuadraticGaze(*limits, (body.camera.width, body.camera.height), np.random.default_rng(1))
-    share = share_seen(learner, round(900 * minutes), experiment)
-    print(f"{name} saw the hand in {share:.1%} of {minutes:g} minutes")
+phase = paper().phases[0].model_copy(update={"frames": round(900 * minutes)})
+described = paper().replaced(eye={"kind": "geometric"}, body={"motion": "kinematic"}, phases=[phase])
+with tempfile.TemporaryDirectory() as folder:
+    for name, learner in (("HebbianLearner", None), ("QuadraticGaze", QuadraticGaze)):  # the same movements of the arm
+        summary = run(described, f"{folder}/{name}", learner).summary
+        print(f"{name} saw the hand in {summary['phases'][0]['rate']:.1%} of {minutes:g} minutes")

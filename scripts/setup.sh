@@ -3,6 +3,7 @@
 #   setup.sh packages [EXTRA]   .venv with somatopy (editable) and what it needs; EXTRA: test
 #   setup.sh gl                 OpenGL without a display, for the rendered eye
 #   setup.sh osmesa             the fallback too, where it can be had, for its tests
+#   setup.sh browser            Chromium and its driver, for the tests of the report
 # As root on Debian or Ubuntu it installs the system packages that are missing; else it says which they are.
 set -eu
 cd "$(dirname "$0")/.."
@@ -10,6 +11,7 @@ cd "$(dirname "$0")/.."
 # PyOpenGL looks for libOpenGL even under EGL. OSMesa is the fallback: newer systems no longer have it.
 EGL_PACKAGES="libegl1 libgl1-mesa-dri libopengl0"
 OSMESA_PACKAGES="libosmesa6"
+BROWSER_PACKAGES="chromium chromium-driver"
 
 say() { printf 'somatopy: %s\n' "$*" >&2; }
 fail() { say "$*"; exit 1; }
@@ -81,9 +83,18 @@ prepare_gl() {
         "(make reproduce ARGS=\"--eye geometric\")."
 }
 
+prepare_browser() {
+    if command -v chromium >/dev/null && command -v chromedriver >/dev/null; then return; fi
+    # shellcheck disable=SC2086  # a list of words
+    apt_install $BROWSER_PACKAGES ||
+        say "no Chromium with its driver is here, so that the tests which open a report will be listed as not run." \
+            "Install $BROWSER_PACKAGES with apt-get install on Debian, and call make again."
+}
+
 case "${1:-}" in
     packages) install_packages "${2:-}" ;;
     gl) prepare_gl ;;
     osmesa) ldconfig -p | grep -q libOSMesa || apt_install $OSMESA_PACKAGES || say "goes on without OSMesa" ;;
-    *) fail "usage: scripts/setup.sh packages [EXTRA] | gl | osmesa" ;;
+    browser) prepare_browser ;;
+    *) fail "usage: scripts/setup.sh packages [EXTRA] | gl | osmesa | browser" ;;
 esac

@@ -1,9 +1,10 @@
-"""Hypothesis without a clock, and the markers `gl` and `osmesa`: tests that render are never skipped in silence."""
+"""Hypothesis without a clock; the markers `gl`, `osmesa` and `browser`: no test is skipped in silence."""
 
 from __future__ import annotations
 
 import ctypes
 import os
+import shutil
 from collections.abc import Generator
 from functools import cache
 
@@ -13,7 +14,7 @@ from hypothesis import settings
 settings.register_profile("somatopy", deadline=None, derandomize=True)
 settings.load_profile("somatopy")
 
-not_run: dict[str, list[str]] = {"gl": [], "osmesa": []}
+not_run: dict[str, list[str]] = {"gl": [], "osmesa": [], "browser": []}
 
 
 @cache
@@ -38,6 +39,15 @@ def why_no_osmesa() -> str | None:
     return None
 
 
+@cache
+def why_no_browser() -> str | None:
+    """Why no page can be opened, or None if one can."""
+    missing = [name for name in ("chromium", "chromedriver") if shutil.which(name) is None]
+    if not missing:
+        return None
+    return f"Not installed: {', '.join(missing)}; on Debian: apt-get install chromium chromium-driver."
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_setup(item: pytest.Item) -> None:
     if item.get_closest_marker("gl") is not None and why_no_gl() is not None:
@@ -45,6 +55,11 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
             pytest.fail(f"CI=true allows no skip. {why_no_gl()}", pytrace=False)
         not_run["gl"].append(item.nodeid)
         pytest.skip("needs OpenGL")
+    if item.get_closest_marker("browser") is not None and why_no_browser() is not None:
+        if os.environ.get("CI") == "true":
+            pytest.fail(f"CI=true allows no skip. {why_no_browser()}", pytrace=False)
+        not_run["browser"].append(item.nodeid)
+        pytest.skip("needs Chromium")
     if item.get_closest_marker("osmesa") is not None and why_no_osmesa() is not None:
         not_run["osmesa"].append(item.nodeid)
         pytest.skip("needs OSMesa")
@@ -56,6 +71,6 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> Genera
     yield
     if any(not_run.values()):
         terminalreporter.section("TESTS THAT DID NOT RUN", red=True, bold=True)
-    for marker, why in (("gl", why_no_gl), ("osmesa", why_no_osmesa)):
+    for marker, why in (("gl", why_no_gl), ("osmesa", why_no_osmesa), ("browser", why_no_browser)):
         if not_run[marker]:
-            terminalreporter.line(f"{len(not_run[marker])} tests draw and did not run. {why()}", red=True)
+            terminalreporter.line(f"{len(not_run[marker])} tests did not run. {why()}", red=True)

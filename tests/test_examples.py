@@ -1,4 +1,4 @@
-"""Every example runs to its end, shortened, and says what it promises."""
+"""Every example runs to its end, shortened, and says what it promises; what CONTRIBUTING shows is true."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import pytest
 
 import somatopy
 from somatopy.analysis.runs import Run
+from somatopy.bodies import Anatomy
 from somatopy.experiment import Description
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -81,3 +82,16 @@ def test_read_a_run(example: Example, tmp_path: Path) -> None:
         assert expected in printed
     with pytest.raises(SystemExit, match=r"usage: python read_a_run\.py RUN"):
         example("read_a_run")
+
+
+def test_contributing_knows_every_check() -> None:
+    """Each shipped check stands in the table."""
+    text = (EXAMPLES.parent / "CONTRIBUTING.md").read_text()
+    assert all(f"`{name}(" in text for name in somatopy.__all__ if name.startswith("check_"))
+
+
+def test_the_anatomy_in_contributing_is_valid(tmp_path: Path) -> None:
+    """All its keys are known, and none that is needed is missing."""
+    text = (EXAMPLES.parent / "CONTRIBUTING.md").read_text()
+    (tmp_path / "my_robot.toml").write_text(text.split("```toml")[1].split("```")[0])
+    assert Anatomy.load(tmp_path / "my_robot.toml").arm.joints == ("shoulder", "elbow")

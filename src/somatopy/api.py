@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pyarrow.compute as pc
 
 from somatopy.analysis import load_run
@@ -15,19 +15,20 @@ from somatopy.analysis.summary import write_summary
 from somatopy.experiment import Description, DescriptionError, Experiment, load_description
 from somatopy.experiment.ceiling import ceiling
 from somatopy.experiment.checkpoint import FILE
+from somatopy.experiment.loop import MakeLearner
 from somatopy.experiment.recorder import prepare_folder, write_json
+from somatopy.percept import Floats
 
 __all__ = ["finish", "fork", "reopen", "resume", "run"]
 
-Watch = Callable[[Experiment], bool]
 
-
-def run(description: Description, out: str | Path | None = None) -> Run:
+def run(description: Description, out: str | Path | None = None, learner: MakeLearner | None = None) -> Run:
     """Run an experiment, then the analysis.
 
     Args:
         description: what to run.
         out: the run folder, new or empty; runs/<time>_<name>_seed<k> if None.
+        learner: makes a learner of your own, see `Experiment`; the description's if None.
 
     Returns:
         The run folder, opened, with its summary.
@@ -37,20 +38,24 @@ def run(description: Description, out: str | Path | None = None) -> Run:
         BodyError: the robot's model or anatomy does not fit.
         NoGL: the eye needs pictures and no OpenGL works here.
     """
-    experiment = Experiment(description)
+    experiment = Experiment(description, learner)
     folder = prepare_folder(out, description)
     experiment.run(folder)
     return finish(experiment, folder)
 
 
-def resume(folder: str | Path) -> Run:
+def resume(folder: str | Path, learner: MakeLearner | None = None) -> Run:
     """Continue an interrupted or killed run bit for bit, then the analysis; a finished run is only analysed.
+
+    Args:
+        folder: the run folder.
+        learner: the learner of your own that the run began with, if it did.
 
     Raises:
         DescriptionError: no run folder, a broken checkpoint, or another process runs in it.
     """
     folder = Path(folder)
-    experiment = reopen(folder)
+    experiment = reopen(folder, learner)
     experiment.run(folder)
     return finish(experiment, folder)
 
@@ -98,13 +103,13 @@ def _take_over(old: Path, new: Path, windows: int, phase: int) -> None:
         shutil.copy2(file, copy)
 
 
-def reopen(folder: Path) -> Experiment:
+def reopen(folder: Path, learner: MakeLearner | None = None) -> Experiment:
     """The experiment of a run folder, standing at its last checkpoint, or at its beginning if there is none.
 
     Raises:
         DescriptionError: no run folder, or a broken checkpoint.
     """
-    experiment = Experiment(load_description(folder / "experiment.toml"))
+    experiment = Experiment(load_description(folder / "experiment.toml"), learner)
     if (folder / FILE).exists():
         experiment.restore_from(folder / FILE)
     return experiment
@@ -126,7 +131,6 @@ def finish(experiment: Experiment, folder: Path) -> Run:
     return opened
 
 
-def _matrix(table: Any, names: list[str]) -> Any:
-    import numpy as np
+def _matrix(table: Any, names: list[str]) -> Floats:
 
     return np.column_stack([table[name].to_numpy() for name in names])

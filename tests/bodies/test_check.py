@@ -205,6 +205,11 @@ class Abrupt(Puppet):
         self.closed = True
 
 
+class Vanishing(Puppet):
+    def close(self) -> None:
+        self.marker: Any = None
+
+
 def test_another_sound_body_passes() -> None:
     """One without MuJoCo."""
     check_body(Puppet)
@@ -234,6 +239,7 @@ def test_another_sound_body_passes() -> None:
         (Sideways, r"image\(\) is the picture.*\(6, 8, 3\)"),
         (Flickering, r"image\(\) is the picture.*another picture the second time"),
         (Forgetful, r"restore\(state\) continues bit for bit"),
+        (Vanishing, "are readable before reset and after close.*None"),
         (Abrupt, "close can be called twice.*RuntimeError: no connection"),
     ],
 )

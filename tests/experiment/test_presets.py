@@ -1,11 +1,21 @@
-"""The paper's protocol, as section III and IV of the paper and its table of numbers give it."""
+"""The paper's protocol, as section III and IV of the paper and its table of numbers give it, and its controls."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
 import pytest
 
+from somatopy.analysis.runs import Run
 from somatopy.analysis.windows import WINDOW
-from somatopy.experiment import PRESETS, frames_of, paper
+from somatopy.experiment import PRESETS, Description, Experiment, frames_of, paper
+from somatopy.experiment.checkpoint import read_checkpoint
+from somatopy.experiment.presets import CONTROLS
+
+Short = Callable[..., Description]
+RunShort = Callable[..., Run]
 
 
 def test_the_paper_in_full() -> None:
@@ -40,3 +50,120 @@ def test_presets_are_made_anew_and_valid() -> None:
     for make in PRESETS.values():
         description = make()
         assert description == make() == description.replaced()
+
+
+# -- controls --------------------------------------------------------------------------------------------------------
+
+
+def control(name: str, description: Description) -> Description:
+    """That control of it, each phase after the first 100 frames long."""
+    made = CONTROLS[name](description)
+    return made.replaced(phases=[made.phases[0], *(p.model_copy(update={"frames": 100}) for p in made.phases[1:])])
+
+
+@pytest.fixture
+def run_control(run_short: RunShort, short: Short) -> Callable[[str], Run]:
+    """Run a control of the short experiment."""
+    return lambda name: run_short(name, **control(name, short()).model_dump())
+
+
+def ends(run: Run) -> list[dict[str, Any]]:
+    """The learner's state at the end of each phase."""
+    return [read_checkpoint(run.path / f"phase-{k}.npz")["learner"] for k in range(2)]
+
+
+def arms(run: Run) -> np.ndarray:
+    names = [name for name in run.columns if name.startswith("arm_") and name.endswith("_rad")]
+    assert len(names) == 8
+    table = run.frames(names)
+    return np.column_stack([table[name].to_numpy() for name in names])
+
+
+def test_every_control_is_a_preset() -> None:
+    """Named after the paper's experiment, of the same robot, eye, babbling and first phase's damage."""
+    assert set(PRESETS) == {"paper", *(f"paper-{name}" for name in CONTROLS)}
+    for name, make in PRESETS.items():
+        made = make()
+        assert made.name == name
+        assert (made.seed, made.body, made.eye, made.babbling) == (0, paper().body, paper().eye, paper().babbling)
+        assert (made.phases[0].frames, made.phases[0].damage) == (177_823, paper().phases[0].damage)
+
+
+def test_all_controls_of_a_seed_see_the_same_arm(run_control: Callable[[str], Run], run_short: RunShort) -> None:
+    """Each runs, and moves the arm, and commands it, as the experiment itself does: open loop."""
+    expected = arms(run_short())
+    for name in CONTROLS:
+        run = run_control(name)
+        assert np.array_equal(arms(run), expected), name
+        assert [int(n) for n in np.bincount(run.frames(["phase"])["phase"].to_numpy())] == [200, 100]
+
+
+def changed(a: dict[str, Any], b: dict[str, Any]) -> set[str]:
+    return {part for part, key in PARTS.items() if not np.array_equal(a[part][key], b[part][key])}
+
+
+PARTS = {"arm_map": "codebook", "head_map": "codebook", "links": "links"}
+
+
+@pytest.mark.parametrize("name", ["frozen", "sampled"])
+def test_frozen_maps_never_change_and_links_do(name: str, run_control: Callable[[str], Run], short: Short) -> None:
+    """From the first frame to the last, in both phases."""
+    start = Experiment(control(name, short())).learner.state()
+    first, second = ends(run_control(name))
+    assert changed(start, first) == changed(first, second) == {"links"}
+
+
+@pytest.mark.parametrize(
+    ("name", "learns"),
+    [("stopped", set()), ("links-only", {"links"}), ("maps-only", {"arm_map", "head_map"}), ("shuffled", {"links"})],
+)
+def test_what_changes_after_the_first_phase(
+    name: str, learns: set[str], run_control: Callable[[str], Run], run_short: RunShort
+) -> None:
+    """The first phase is that of the experiment; in the second only what the control names changes."""
+    first, second = ends(run_control(name))
+    assert changed(first, second) == learns
+    assert not changed(first, ends(run_short())[0])
+
+
+def test_shuffled_is_judged_intact_for_three_windows(short: Short) -> None:
+    """Its second phase has no damage, nothing plastic and 3 windows; what came after the first phase is left away."""
+    intact, after = CONTROLS["shuffled"](short()).phases
+    assert intact == short().phases[0]
+    assert (after.frames, after.damage.kind, after.plastic, after.start) == (3 * WINDOW, "none", (), "shuffled")
+
+
+def test_scratch_knows_nothing_after_the_first_phase(run_control: Callable[[str], Run], short: Short) -> None:
+    """Later phases begin afresh, with all parts plastic and the damage of the experiment."""
+    first, *later = CONTROLS["scratch"](short()).phases
+    assert first == short().phases[0]
+    assert [(p.start, p.plastic, p.damage, p.frames) for p in later] == [
+        ("afresh", None, p.damage, p.frames) for p in short().phases[1:]
+    ]
+    one, two = ends(run_control("scratch"))
+    assert changed(one, two) == set(PARTS)
+    assert np.abs(one["arm_map"]["codebook"] - two["arm_map"]["codebook"]).mean() > 0.1
+
+
+def test_a_control_keeps_the_settings_of_the_experiment(short: Short) -> None:
+    """Map sizes, rates, seed and phases stay; only what makes it the control differs."""
+    experiment = short(seed=9)
+    for name, make in CONTROLS.items():
+        made = make(experiment)
+        assert (made.seed, made.body, made.babbling, made.phases[0].frames) == (
+            9,
+            experiment.body,
+            experiment.babbling,
+            200,
+        )
+        if made.learner.kind == "hebbian":
+            same = made.learner.model_dump() | {"arm_codes": "uniform"}
+            assert same == experiment.learner.model_dump()
+            assert (made.learner.arm_codes == "sampled") == (name == "sampled")  # type: ignore[union-attr]
+
+
+@pytest.mark.parametrize("name", ["random", "fixed", "nearest", "sampled"])
+def test_a_control_with_another_learner_runs_whatever_parts_the_phases_name(name: str, short: Short) -> None:
+    """What a phase says of the parts of the experiment's learner does not stop a control that has none of them."""
+    phases = [{"name": "a", "plastic": ["links"]}, {"name": "b", "start": "shuffled", "plastic": ["arm_map"]}]
+    Experiment(CONTROLS[name](short(phases=phases)))

@@ -21,9 +21,13 @@ def test_the_papers_learner_keeps_them() -> None:
 
 
 def test_controls_keep_them() -> None:
-    """Random, fixed, and the nearest hit, whose memory is as long as its life."""
+    """Random and fixed head postures."""
     check_learner(lambda arm, head, image, rng: RandomGaze(head, rng))
     check_learner(lambda arm, head, image, rng: FixedGaze(head.mean(axis=1)))
+
+
+def test_the_nearest_hit_keeps_them() -> None:
+    """Its memory is as long as its life."""
     check_learner(lambda arm, head, image, rng: NearestGaze(arm, head, rng), growth=None)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -56,7 +57,7 @@ def test_learns_nothing() -> None:
     for k in range(100):
         watched.observe(replace(UNREACHED, time=k / 15))
     assert np.array_equal(targets(watched, 100), targets(blind, 100))
-    assert watched.probes() == {} and watched.plastic == frozenset()
+    assert watched.probes() == {} == watched.maps() and watched.plastic == frozenset()
 
 
 def test_prediction_is_pure() -> None:
@@ -76,6 +77,13 @@ def test_continues_bit_for_bit_from_a_state() -> None:
     assert np.array_equal(targets(other, 100, first=40), future)
 
 
+def test_its_state_is_plain_from_the_start() -> None:
+    """Before the first frame too: a checkpoint can hold it, and it goes on bit for bit."""
+    fresh, other = control(1), control(2)
+    other.restore(json.loads(json.dumps(fresh.state(), default=np.ndarray.tolist)))
+    assert np.array_equal(targets(other, 40), targets(fresh, 40))
+
+
 def test_a_fixed_gaze_never_moves() -> None:
     """Commands and predictions are the posture, whatever comes; callers cannot change it."""
     fixed = FixedGaze([0.5, 0.2])
@@ -84,4 +92,4 @@ def test_a_fixed_gaze_never_moves() -> None:
     fixed.observe(UNREACHED)
     fixed.restore(fixed.state())
     assert fixed.gaze(UNREACHED) == pytest.approx([0.5, 0.2]) == fixed.predict(np.ones(4))
-    assert fixed.probes() == {} and fixed.plastic == frozenset()
+    assert fixed.probes() == {} == fixed.maps() and fixed.plastic == frozenset()

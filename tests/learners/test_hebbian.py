@@ -192,6 +192,85 @@ def test_start() -> None:
     assert not np.isin(subject.arm_map.codebook_, subject.head_map.codebook_).any()
 
 
+def test_a_part_that_is_not_there_cannot_be_plastic() -> None:
+    """The part and the valid ones are named; what was plastic stays."""
+    subject = learner(plastic={"links"})
+    with pytest.raises(ValueError, match="no part 'lynx' .*arm_map.*head_map.*links"):
+        subject.plastic = frozenset({"links", "lynx"})
+    assert subject.plastic == {"links"}
+    with pytest.raises(ValueError, match="no part 'memory'"):
+        learner(plastic=["memory"])
+
+
+def test_probes_tell_of_frames_in_which_nothing_learns() -> None:
+    """Winners and distances are those of maps and percept, frozen or not; a frozen map's winner is the nearest code."""
+    subject = learner(plastic=())
+    codes = subject.arm_map.codebook_
+    for percept in percepts(50):
+        subject.observe(percept)
+        distances = np.linalg.norm(codes - unit(percept.arm, ARM), axis=1)
+        assert subject.probes()["arm_winner"] == distances.argmin()
+        assert subject.probes()["arm_distance"] == pytest.approx(distances.min())
+
+
+def test_shuffling_moves_whole_rows_of_links() -> None:
+    """Each row is somewhere, most are elsewhere; maps, gaze's random numbers and another learner are not touched."""
+    subject, silent = learner(), learner()
+    for percept in percepts(1000, hit_rate=1.0):
+        subject.observe(percept)
+        silent.observe(percept)
+    before = subject.state()
+    subject.shuffle_links(np.random.default_rng(1))
+    after = subject.state()
+    rows, moved = before["links"]["links"], after["links"]["links"]
+    assert sorted(map(bytes, rows)) == sorted(map(bytes, moved))
+    known = rows.any(axis=1)
+    assert known.sum() > 50 and (rows != moved).any(axis=1)[known].mean() > 0.9
+    for part in ("arm_map", "head_map", "rng", "probes"):
+        assert same(before[part], after[part])
+    assert same(silent.state(), before)
+    subject.links.restore(before["links"])
+    subject.shuffle_links(np.random.default_rng(1))
+    assert np.array_equal(subject.links.state()["links"], moved)
+    subject.links.restore(before["links"])
+    subject.shuffle_links(np.random.default_rng(2))
+    assert not np.array_equal(subject.links.state()["links"], moved)
+
+
+def test_maps_hold_all_that_was_learned() -> None:
+    """Codebooks, lattices, limits in rad, and the links that are not 0: what the learner predicts follows from them."""
+    subject = learner()
+    assert len(subject.maps()["link_weight"]) == 0
+    for percept in percepts(500, offset=OFFSET):
+        subject.observe(percept)
+    kept = subject.maps()
+    assert set(kept) == {
+        *["arm_codebook", "head_codebook", "arm_shape", "head_shape", "arm_limits", "head_limits"],
+        *["link_pre", "link_post", "link_weight"],
+    }
+    assert (kept["arm_shape"].tolist(), kept["head_shape"].tolist()) == ([10, 10], [8, 8])
+    assert np.allclose(kept["arm_limits"], ARM) and np.allclose(kept["head_limits"], HEAD)
+    assert (kept["link_weight"] != 0).all() and len(kept["link_weight"]) > 100
+    table = np.zeros((100, 64))
+    table[kept["link_pre"], kept["link_post"]] = kept["link_weight"]
+    for percept in percepts(100, seed=1):
+        i = int(np.linalg.norm(kept["arm_codebook"] - unit(percept.arm, kept["arm_limits"]), axis=1).argmin())
+        low, span = kept["head_limits"][:, 0], np.ptp(kept["head_limits"], axis=1)
+        expected = low + kept["head_codebook"][int(table[i].argmax())] * span
+        assert np.allclose(subject.predict(percept.arm), expected, rtol=0, atol=1e-12)
+
+
+def test_maps_are_copies() -> None:
+    """Who changes what was kept does not change the learner."""
+    subject = learner()
+    for percept in percepts(100):
+        subject.observe(percept)
+    before = subject.state()
+    for array in subject.maps().values():
+        array[...] = 0
+    assert same(subject.state(), before)
+
+
 # -- the whole against a slow account --------------------------------------------------------------------------------
 
 

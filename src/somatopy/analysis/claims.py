@@ -106,7 +106,11 @@ def _windows(trend: Trend) -> int:
 
 
 def _slope_text(trend: Trend) -> str:
-    return f"{trend.slope:+.2f} ± {_half_width(trend):.2f} hits per window, per window"
+    return f"{_signed(trend.slope, '+.2f')} ± {_half_width(trend):.2f} hits per window, per window"
+
+
+def _signed(value: float, form: str) -> str:
+    return f"{value:{form}}".replace("-", "−")
 
 
 def direction(index: int, segment: int, sign: int) -> Callable[[Summary], Finding]:
@@ -211,7 +215,7 @@ def _marks(summary: Summary, index: int, side: str) -> Mapping[str, float] | Fin
 
 
 def _slope_claims(name: str, text: str, index: int, segment: int, trend: Trend) -> tuple[Claim, Claim]:
-    paper = f"{trend.slope:+g} hits per window, per window (section IV, Fig. 3)"
+    paper = f"{_signed(trend.slope, '+g')} hits per window, per window (section IV, Fig. 3)"
     sign = 1 if trend.slope > 0 else -1
     word = "above" if sign > 0 else "below"
     return (
@@ -224,7 +228,7 @@ def _slope_claims(name: str, text: str, index: int, segment: int, trend: Trend) 
         ),
         Claim(
             f"{name}, by how much",
-            "… and by as much as the paper's trend says.",
+            f"{text.rstrip('.')}: by as much as the paper's trend says.",
             paper,
             "Does not hold if ours differs from the paper's by more than √2 of our 95 % half-width. Else cannot tell "
             "if our own interval contains 0, or the run is shorter than nine tenths of the paper's; holds otherwise.",
@@ -243,12 +247,14 @@ CLAIMS: tuple[Claim, ...] = (
         "of the paper's.",
         rate_near(0, PAPER_RATE),
     ),
-    *_slope_claims("degrades", "In the first 35 minutes after the damage it is seen less and less.", 1, 0, PAPER_TRENDS[1]),
+    *_slope_claims(
+        "degrades", "In the first 35 minutes after the damage it is seen less and less.", 1, 0, PAPER_TRENDS[1]
+    ),
     *_slope_claims("recovers", "After that it is seen more and more again.", 1, 1, PAPER_TRENDS[2]),
     Claim(
         "arm map settles",
         "The arm map's distortion falls at first, and then stays level.",
-        "no number (Fig. 4)",
+        "seen in Fig. 4, no number given",
         "Holds if the distortion at the end of the intact phase is at least 5 % below its start; "
         "does not hold if it is no lower.",
         falls(0, "arm", "start"),
@@ -256,14 +262,14 @@ CLAIMS: tuple[Claim, ...] = (
     Claim(
         "arm map jumps",
         "At the damage the arm map's distortion jumps.",
-        "no number (Fig. 4)",
+        "seen in Fig. 4, no number given",
         "Holds if its peak after the damage is more than 1.25 times the value before; does not hold up to 1.1 times.",
         jumps("arm", True),
     ),
     Claim(
         "arm map adapts",
         "The arm map adapts to the damage: its distortion falls again.",
-        "no number (Fig. 4)",
+        "seen in Fig. 4, no number given",
         "Holds if the distortion at the end is at least 5 % below its peak after the damage; "
         "does not hold if it is no lower.",
         falls(1, "arm", "peak"),
@@ -278,7 +284,7 @@ CLAIMS: tuple[Claim, ...] = (
     Claim(
         "head map does not jump",
         "The damage, which is the arm's, leaves the head map alone.",
-        "no jump (Fig. 5)",
+        "seen in Fig. 5, no number given",
         "Holds if the peak after the damage is at most 1.1 times the value before; does not hold above 1.25 times.",
         jumps("head", False),
     ),

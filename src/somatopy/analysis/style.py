@@ -15,7 +15,21 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["BORDER", "CEILING", "CONTROLS", "HITS", "MAP", "MISSES", "PAPER", "RUNS", "TREND", "mark", "save", "source", "style"]
+__all__ = [
+    "BORDER",
+    "CEILING",
+    "CONTROLS",
+    "HITS",
+    "MAP",
+    "MISSES",
+    "PAPER",
+    "RUNS",
+    "TREND",
+    "mark",
+    "save",
+    "source",
+    "style",
+]
 
 # Red, blue and green as in the paper.
 HITS, TREND, BORDER, PAPER = "#e0453a", "#123a8c", "#2f9e44", "#7a7a7a"

@@ -20,7 +20,7 @@ from somatopy.experiment.recorder import prepare_folder
 
 __all__ = ["main"]
 
-TEXT = """Reproduce the paper: its whole experiment with ceiling and controls, its table beside ours, its figures, a report.
+TEXT = """Reproduce the paper: the whole experiment, ceiling and controls, its table beside ours, figures, a report.
 
 In full it is 304 minutes of robot time. A quick look:
 example: somatopy reproduce --minutes 20 --damage-minutes 10

@@ -21,6 +21,7 @@ from somatopy.experiment.description import (
     MapSettings,
     NearestControl,
     OffsetDamage,
+    OwnLearner,
     Phase,
     RandomControl,
 )
@@ -93,6 +94,8 @@ def build_learner(description: Description, body: MujocoBody, name: str = "learn
         head = best_fixed_head(body, babbled(description, body, 500)) if choice.head is None else np.array(choice.head)
         check_posture("learner.head", head, body.head)
         return FixedGaze(head)
+    if isinstance(choice, OwnLearner):
+        raise DescriptionError(f"The learner {choice.name!r} is not somatopy's own: hand it over as `learner`.")
     return _build_hebbian(choice, description, body, rng)
 
 

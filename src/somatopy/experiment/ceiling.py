@@ -113,9 +113,10 @@ class Vantages:
 
     Example:
         >>> vantages = Vantages.of(MujocoBody("nao", motion="kinematic"), shape=(25, 9))
-        >>> seen = vantages.seeing(np.array([0.4, 0.0, -1.0, -0.9]))
-        >>> vantages.heads[vantages.robustness(seen).argmax()].round(1)
-        array([0.2, 0.2])
+        >>> arm = np.array([0.4, 0.0, -1.0, -0.9])
+        >>> head = vantages.heads[vantages.robustness(vantages.seeing(arm)).argmax()]
+        >>> vantages.eye.find(vantages.body.view(arm, head)) is not None
+        True
     """
 
     body: MujocoBody

@@ -25,6 +25,7 @@ __all__ = [
     "NearestControl",
     "NoDamage",
     "OffsetDamage",
+    "OwnLearner",
     "Phase",
     "RandomControl",
     "frames_of",
@@ -140,6 +141,13 @@ class NearestControl(_Table):
     kind: Literal["nearest"] = "nearest"
 
 
+class OwnLearner(_Table):
+    """A learner from outside somatopy, handed to `Experiment` or `run` beside the description."""
+
+    kind: Literal["own"] = "own"
+    name: str = Field(description="What it is called; written into the run folder.")
+
+
 class NoDamage(_Table):
     """The intact robot."""
 
@@ -154,7 +162,9 @@ class OffsetDamage(_Table):
 
 
 EyeChoice = Annotated[Fiducial | Geometric, Field(discriminator="kind")]
-LearnerChoice = Annotated[Hebbian | RandomControl | FixedControl | NearestControl, Field(discriminator="kind")]
+LearnerChoice = Annotated[
+    Hebbian | RandomControl | FixedControl | NearestControl | OwnLearner, Field(discriminator="kind")
+]
 Damage = Annotated[NoDamage | OffsetDamage, Field(discriminator="kind")]
 
 

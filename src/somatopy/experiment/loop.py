@@ -10,6 +10,8 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
+import numpy as np
+
 from somatopy.experiment.build import (
     build_babbler,
     build_body,
@@ -17,15 +19,18 @@ from somatopy.experiment.build import (
     build_eye,
     build_learner,
     check_phases,
+    limits,
     stream,
 )
 from somatopy.experiment.checkpoint import FILE, locked, read_checkpoint, write_checkpoint
-from somatopy.experiment.description import Description, DescriptionError, Fiducial
+from somatopy.experiment.description import Description, DescriptionError, Fiducial, OwnLearner
 from somatopy.experiment.recorder import PART_FRAMES, Recorder, write_json
-from somatopy.learners import HebbianLearner
-from somatopy.percept import Percept
+from somatopy.learners import HebbianLearner, Learner
+from somatopy.percept import Floats, Percept
 
-__all__ = ["CHECKPOINT_S", "Experiment"]
+__all__ = ["CHECKPOINT_S", "Experiment", "MakeLearner"]
+
+MakeLearner = Callable[[Floats, Floats, tuple[int, int], np.random.Generator], Learner]
 
 #: Wall time between two checkpoints.
 CHECKPOINT_S = 20.0
@@ -38,9 +43,11 @@ class Experiment:
 
     Args:
         description: what to run.
+        learner: makes a learner of your own from arm limits (n_arm, 2) and head limits (n_head, 2), rad, image size
+            (width, height), px, and its random numbers; the description's learner if None.
 
     Attributes:
-        description: the same.
+        description: the same, naming the learner that was handed over.
         body: the robot.
         eye: what finds the marker.
         babbler: what moves the arm.
@@ -54,14 +61,18 @@ class Experiment:
         NoGL: the eye needs pictures and no OpenGL works here.
     """
 
-    def __init__(self, description: Description) -> None:
+    def __init__(self, description: Description, learner: MakeLearner | None = None) -> None:
+        if learner is not None:
+            own = OwnLearner(name=getattr(learner, "__qualname__", type(learner).__name__))
+            description = description.model_copy(update={"learner": own})
         self.description = description
+        self._own_learner = learner
         self.body = build_body(description)
         try:
             self._reading = self.body.reset(description.seed)
             self.eye = build_eye(description, self.body)
             self.babbler = build_babbler(description, self.body, self._reading.arm)
-            self.learner = build_learner(description, self.body)
+            self.learner = self._build_learner("learner")
             check_phases(description, self.learner)
             self._damages = [build_damage(phase, self.body) for phase in description.phases]
             self._damage_rng = stream(description.seed, "damage")
@@ -110,8 +121,7 @@ class Experiment:
 
     def _phase(self, index: int, folder: Path, recorder: Recorder, watch: Callable[[Experiment], bool] | None) -> bool:
         """What is left of one phase; whether it has ended."""
-        first = sum(phase.frames for phase in self.description.phases[:index])
-        last = first + self.description.phases[index].frames
+        first, last = self._span(index)
         if self.done >= last:
             return True
         self._prepare(index, afresh=self.done == first)
@@ -132,18 +142,31 @@ class Experiment:
         os.replace(folder / (FILE + ".partial"), folder / FILE)
         return True
 
+    def _span(self, index: int) -> tuple[int, int]:
+        """First frame of a phase, and the one after its last."""
+        first = sum(phase.frames for phase in self.description.phases[:index])
+        return first, first + self.description.phases[index].frames
+
     def _prepare(self, index: int, afresh: bool) -> None:
-        """Injure the body for a phase, say which parts learn, and change the learner if it begins here."""
+        """Say which parts learn in a phase; if it begins here, injure the body and change the learner."""
         phase = self.description.phases[index]
-        self._damages[index].injure(self.body)
+        if afresh:
+            self._damages[index].injure(self.body)
         if afresh and phase.start == "afresh":
-            self.learner = build_learner(self.description, self.body, f"learner of phase {index}")
+            self.learner = self._build_learner(f"learner of phase {index}")
         if afresh and phase.start == "shuffled" and isinstance(self.learner, HebbianLearner):
             self.learner.shuffle_links(stream(self.description.seed, "shuffle"))
         if phase.plastic is not None:
             self.learner.plastic = frozenset(phase.plastic)
         else:
             self.learner.plastic = self._plastic
+
+    def _build_learner(self, name: str) -> Learner:
+        body = self.body
+        if self._own_learner is None:
+            return build_learner(self.description, body, name)
+        image = body.camera.width, body.camera.height
+        return self._own_learner(limits(body.arm), limits(body.head), image, stream(self.description.seed, name))
 
     @property
     def parts(self) -> int:
@@ -165,13 +188,17 @@ class Experiment:
         }
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Stand where a `state()` of the same description stood."""
+        """Stand where a `state()` of the same description stood, the body injured as it was there."""
+        self.done, self.hits = int(state["done"]), int(state["hits"])
+        for index, damage in enumerate(self._damages):
+            first, last = self._span(index)
+            if first < self.done < last:
+                damage.injure(self.body)
         self._reading = self.body.restore(state["body"])
         self.babbler.restore(state["babbler"])
         self.learner.restore(state["learner"])
         self._damage_rng.bit_generator.state = state["damage_rng"]
         self._recorded = state["recorder"]
-        self.done, self.hits = int(state["done"]), int(state["hits"])
         self.seconds, self._wall_before = dict(state["seconds"]), float(state["wall_s"])
 
     def restore_from(self, checkpoint: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -9,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from somatopy.percept import Floats, Percept
 
-__all__ = ["Learner", "Scale"]
+__all__ = ["Learner", "Plastic", "Scale"]
 
 
 @runtime_checkable
@@ -49,6 +50,31 @@ class Learner(Protocol):
     def restore(self, state: dict[str, Any]) -> None:
         """Continue from `state`."""
         ...
+
+
+class Plastic:
+    """Parts that learn, or not: gives a learner its `plastic`, which refuses what is no part of it."""
+
+    #: The parts of this kind of learner that can learn.
+    PARTS: frozenset[str] = frozenset()
+    _plastic: frozenset[str] | None = None
+
+    @property
+    def plastic(self) -> frozenset[str]:
+        """The parts that learn now, all of them at first.
+
+        Raises:
+            ValueError: on setting, if a name is none of `PARTS`.
+        """
+        return self.PARTS if self._plastic is None else self._plastic
+
+    @plastic.setter
+    def plastic(self, parts: Iterable[str]) -> None:
+        wanted = frozenset(parts)
+        if unknown := sorted(wanted - self.PARTS):
+            known = ", ".join(sorted(self.PARTS)) or "none"
+            raise ValueError(f"This learner has no part {unknown[0]!r} that learns; its parts: {known}.")
+        self._plastic = wanted
 
 
 class Scale:

@@ -7,15 +7,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from somatopy.learners.base import Plastic
 from somatopy.percept import Floats, Percept
 
 __all__ = ["FixedGaze", "RandomGaze"]
 
 
-class _Unlearning:
+class _Unlearning(Plastic):
     """A learner that learns nothing and has nothing to record."""
-
-    plastic: frozenset[str] = frozenset()
 
     def observe(self, percept: Percept) -> None:
         """Learns nothing."""

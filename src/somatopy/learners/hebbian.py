@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from sklearn.base import clone
 
-from somatopy.learners.base import Scale
-from somatopy.links import HebbianLinks, PositiveHebb, activation
+from somatopy.learners.base import Plastic, Scale
+from somatopy.links import HebbianLinks, PositiveHebb, Rule, activation
 from somatopy.maps import DSOM
 from somatopy.percept import Floats, Percept, Sighting
 
@@ -33,7 +33,7 @@ def centring(sighting: Sighting | None, image_size: tuple[int, int]) -> float:
     return max(0.0, 1.0 - distance / hypot(0.5 * width, 0.5 * height))
 
 
-class HebbianLearner:
+class HebbianLearner(Plastic):
     r"""Arm map and head map, and links between them that grow while the hand is seen.
 
     In each frame, with x the arm posture and y the sensed head posture in [0, 1] units:
@@ -76,7 +76,7 @@ class HebbianLearner:
         *,
         arm_map: DSOM | None = None,
         head_map: DSOM | None = None,
-        rule: PositiveHebb | None = None,
+        rule: Rule | None = None,
         plastic: Iterable[str] = PARTS,
     ) -> None:
         self._arm_scale, self._head_scale = Scale(arm_limits), Scale(head_limits)
@@ -87,18 +87,6 @@ class HebbianLearner:
         self.links = HebbianLinks(len(self.arm_map.codebook_), len(self.head_map.codebook_), rule or PositiveHebb())
         self.plastic = plastic
         self._probes = {"arm_winner": -1, "head_winner": -1, "arm_distance": np.nan, "head_distance": np.nan}
-
-    @property
-    def plastic(self) -> frozenset[str]:
-        """The parts that learn: any of "arm_map", "head_map", "links"."""
-        return self._plastic
-
-    @plastic.setter
-    def plastic(self, parts: Iterable[str]) -> None:
-        wanted = frozenset(parts)
-        if unknown := sorted(wanted - self.PARTS):
-            raise ValueError(f"This learner has no part {unknown[0]!r} that learns; choose among {sorted(self.PARTS)}.")
-        self._plastic = wanted
 
     def observe(self, percept: Percept) -> None:
         """Maps learn, winners are found, the link between them learns (steps 5 to 7 of the frame).

@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial import KDTree
 
-from somatopy.learners.base import Scale
+from somatopy.learners.base import Plastic, Scale
 from somatopy.percept import Floats, Percept
 
 __all__ = ["NearestGaze"]
 
 
-class NearestGaze:
+class NearestGaze(Plastic):
     """Looks where it looked when the hand was last seen from the most similar arm posture.
 
     Every hit is remembered, with no map and no generalisation: what a table of experience alone is worth. A k-d tree
@@ -25,9 +25,6 @@ class NearestGaze:
         arm_limits: low and high of each arm joint, shape (n_arm, 2), rad; distances are in [0, 1] units.
         head_limits: the same for the head, shape (n_head, 2).
         rng: random numbers for the time before the first hit.
-
-    Attributes:
-        plastic: {"memory"}, or empty: then no hit is remembered.
 
     Example:
         >>> from somatopy.percept import Sighting
@@ -45,7 +42,6 @@ class NearestGaze:
         self._scale = Scale(arm_limits)
         self._head_limits = np.array(head_limits, float)
         self._rng = rng
-        self.plastic: frozenset[str] = self.PARTS
         self._restart(np.empty((0, len(self._scale.low))), np.empty((0, len(self._head_limits))))
 
     def _restart(self, arms: Floats, heads: Floats) -> None:

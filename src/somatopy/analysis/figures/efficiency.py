@@ -42,7 +42,9 @@ def efficiency_figure(run: Run) -> Figure | None:
     shares, learners = ceiling_shares(run), [s for s in standings(run, summary) if s.summary]
     with style():
         figure = Figure(figsize=(8.0, 6.8 if shares else 4.4), layout="constrained")
-        panels = figure.subplots(2 if shares else 1, sharex=True, squeeze=False, height_ratios=[3, 2][: 1 + bool(shares)])
+        panels = figure.subplots(
+            2 if shares else 1, sharex=True, squeeze=False, height_ratios=[3, 2][: 1 + bool(shares)]
+        )
         top = panels[0, 0]
         _draw_bounds(top, phases, shares, reactive_efficiency(run))
         _draw_learners(top, learners, None)

@@ -87,7 +87,9 @@ def filmstrip(run: Run, shots: Sequence[Shot]) -> Figure:
         size = (2.0 * across + 0.2, (2.0 * height / width + 0.42) * len(rows) + 0.5)
         figure = Figure(figsize=size, layout="constrained")
         figure.get_layout_engine().set(w_pad=0.02, h_pad=0.02, wspace=0.02, hspace=0.02)  # type: ignore[union-attr]
-        figure.suptitle(f"What the head camera saw: {source(summary)}", x=0.01, ha="left", fontsize=11.0)
+        figure.suptitle(
+            f"What the head camera saw, at times set by the clock: {source(summary)}", x=0.01, ha="left", fontsize=11.0
+        )
         panels = figure.subplots(len(rows), across, squeeze=False)
         for axes in panels.flat:
             axes.set_axis_off()

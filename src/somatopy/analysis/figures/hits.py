@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from somatopy.analysis.runs import Run
 from somatopy.analysis.series import border_name, phase_starts
-from somatopy.analysis.style import BORDER, HITS, PAPER, TREND, mark, source, style
+from somatopy.analysis.style import HITS, PAPER, TREND, mark, source, style
 from somatopy.analysis.summary import summarise
 from somatopy.analysis.table import PAPER_TRENDS
 from somatopy.analysis.trends import MIN_WINDOWS, Trend, segments

@@ -147,9 +147,10 @@ def _draw_map(
     _draw_edges(axes, at, shape)
     linked = np.isfinite(colors)
     axes.scatter(*at[~linked].T, s=5.0, facecolor="white", edgecolor="#9a9a9a", linewidths=0.5, zorder=3)
-    axes.scatter(*at[linked].T, c=colors[linked], cmap=MAP, vmin=low, vmax=high, s=12.0, zorder=3, linewidths=0)
+    look: Any = {"s": 17.0, "edgecolor": "white", "linewidths": 0.3, "zorder": 3}
+    axes.scatter(*at[linked].T, c=colors[linked], cmap=MAP, vmin=low, vmax=high, **look)
     axes.set_xlabel(f"{names[0]} (°)")
-    axes.set_ylabel(f"{names[1]} (°)")
+    axes.set_ylabel(f"{names[1]} (°)", bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.0})
     axes.set_title(f"{title}, joint space")
     axes.grid(False)
 
@@ -158,7 +159,7 @@ def _draw_edges(axes: Axes, at: Floats, shape: tuple[int, int]) -> None:
     from matplotlib.collections import LineCollection
 
     grid = at.reshape(*shape, 2)
-    look: Any = {"colors": EDGE, "linewidths": 0.4, "alpha": 0.3, "zorder": 1}
+    look: Any = {"colors": EDGE, "linewidths": 0.4, "alpha": 0.18, "zorder": 1}
     axes.add_collection(LineCollection([*grid, *grid.swapaxes(0, 1)], **look))
     axes.autoscale_view()
 

@@ -72,7 +72,9 @@ def _draw_pair(axes: Axes, regions: Regions, x: int, y: int) -> Any:
     cells = 100 * (share.T if x == a else share)
     axes.set_facecolor(UNSEEN)
     edges = np.degrees(regions.edges)
-    return axes.pcolormesh(edges[x], edges[y], np.ma.masked_invalid(cells), cmap=MISSES, vmin=0, vmax=100, rasterized=True)
+    return axes.pcolormesh(
+        edges[x], edges[y], np.ma.masked_invalid(cells), cmap=MISSES, vmin=0, vmax=100, rasterized=True
+    )
 
 
 def _draw_joint(axes: Axes, phases: Mapping[str, Regions], joint: int) -> None:

@@ -45,7 +45,7 @@ def hits_chart(runs: Sequence[Drawn]) -> Figure:
         at, percent = line([[count / WINDOW for count in found] for found in counts], summary["phases"])
         label = "hits, this run" if len(runs) == 1 else name
         _add(figure, at, percent * WINDOW / 100, label, color, dash=dash, mode="lines+markers", decimals=0)
-        _add_trends(figure, summary, name, TREND if len(runs) == 1 else color, len(runs) == 1)
+        _add_trends(figure, summary, TREND if len(runs) == 1 else color, len(runs) == 1)
     figure.update_yaxes(rangemode="tozero")
     return figure
 
@@ -147,12 +147,13 @@ def _figure(title: str, runs: Sequence[Drawn], height: int = 400) -> Figure:
 
 def _style(figure: Figure, height: int) -> None:
     axis = {"gridcolor": "#e6e6e6", "zeroline": False, "linecolor": "#222222", "ticks": "outside", "automargin": True}
+    axis |= {"title_font_size": 13}
     figure.update_layout(
         template="none",
         height=height,
-        margin={"l": 70, "r": 24, "t": 26, "b": 56},
+        margin={"l": 70, "r": 24, "t": 40, "b": 52},
         font={"family": FONT, "size": 13, "color": "#222222"},
-        legend={"orientation": "h", "y": -0.2, "yanchor": "top", "x": 0},
+        legend={"orientation": "h", "y": 1.03, "yanchor": "bottom", "x": 0},
         hovermode="x unified",
         paper_bgcolor="white",
         plot_bgcolor="white",
@@ -186,14 +187,14 @@ def _add(
     )
 
 
-def _add_trends(figure: Figure, summary: Summary, group: str, color: str, named: bool) -> None:
+def _add_trends(figure: Figure, summary: Summary, color: str, named: bool) -> None:
     shown = False
     for phase, start in zip(summary["phases"], phase_starts(summary["phases"]), strict=False):
         for entry in filter(None, phase["trends"]):
             trend = Trend(**entry)
             at = np.array([start + trend.first, start + trend.last])
             values = np.array([trend.at(0), trend.at(trend.last - trend.first)])
-            more = {"legendgroup": f"trend {group}", "showlegend": named and not shown, "hoverinfo": "skip"}
+            more = {"legendgroup": "trend" if named else None, "showlegend": named and not shown, "hoverinfo": "skip"}
             _add(figure, at, values, "trend, this run", color, width=3.2 if named else 2.2, **more)
             figure.data[-1].hovertemplate = None
             shown = True
@@ -208,7 +209,10 @@ def _add_paper(figure: Figure, summary: Summary) -> None:
         for paper, first in zip(lines, (0, 7), strict=False):
             length = min(paper.last - paper.first, len(phase["hits_per_window"]) - 1 - first)
             if length > 0:
-                at, values = np.array([start + first, start + first + length]), np.array([paper.at(0), paper.at(length)])
+                at, values = (
+                    np.array([start + first, start + first + length]),
+                    np.array([paper.at(0), paper.at(length)]),
+                )
                 more = {"legendgroup": "paper", "showlegend": not shown, "hoverinfo": "skip"}
                 _add(figure, at, values, "trend, the paper's run", PAPER, dash="dash", **more)
                 figure.data[-1].hovertemplate = None

@@ -1,6 +1,12 @@
 "use strict";
 (() => {
-  const CONFIG = { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["select2d", "lasso2d"] };
+  const CONFIG = {
+    responsive: true,
+    displaylogo: false,
+    showSendToCloud: false, // plotly would offer to upload the data
+    plotlyServerURL: "",
+    modeBarButtons: [["toImage", "zoom2d", "pan2d", "resetScale2d"]],
+  };
   for (const data of document.querySelectorAll("script[data-plot]")) {
     const { data: traces, layout } = JSON.parse(data.textContent);
     Plotly.newPlot(data.dataset.plot, traces, layout, CONFIG);
@@ -121,7 +127,7 @@
       return { tickvals: values.map((v) => shift + (v - low) / (high - low)), ticktext: values.map((v) => `${v}°`) };
     }
     function axes(pair) {
-      const base = { showgrid: false, zeroline: false, fixedrange: true, linecolor: "#222" };
+      const base = { showgrid: false, showline: Boolean(pair), zeroline: false, fixedrange: true, linecolor: "#222" };
       const names = (side, [a, b]) => `${maps[side].joints[a]} (across), ${maps[side].joints[b]} (up)`;
       const [armText, headText] = pair
         ? [`arm map: ${names("arm", pair)}`, `head map: ${names("head", maps.head.pairs[0])}`]
@@ -164,20 +170,20 @@
       ];
       when.textContent =
         `after ${w.minutes} min: ${w.links.toLocaleString("en")} links, ` +
-        `${w.linked} of ${arm.length} arm units linked`;
+        `from ${w.linked} of ${arm.length} arm units`;
       const layout = {
         ...axes(pair),
         height: 470,
-        margin: { l: 48, r: 60, t: 34, b: 34 },
+        margin: { l: 48, r: 84, t: 34, b: 34 },
         showlegend: false,
         hovermode: "closest",
         font: { family: "system-ui, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif", size: 12, color: "#222" },
         coloraxis: {
           colorscale: "Cividis", cmin: maps.yaw[0], cmax: maps.yaw[1],
-          colorbar: { title: { text: `${maps.head.joints[0]} (°)`, side: "right" }, thickness: 12, x: 1.06 },
+          colorbar: { title: { text: `${maps.head.joints[0]} (°)`, side: "top" }, thickness: 12, x: 1.06 },
         },
       };
-      Plotly.react("plot-maps", traces, layout, CONFIG);
+      Plotly.react("plot-maps", traces, layout, { ...CONFIG, modeBarButtons: [["toImage"]] });
     }
   }
 })();

@@ -20,7 +20,16 @@ from somatopy.analysis.report.charts import (
     misses_chart,
 )
 from somatopy.analysis.report.explorer import explorer
-from somatopy.analysis.report.words import CAPTIONS, FIGURE_TITLES, headline, intervals, minutes, phase_title, tally
+from somatopy.analysis.report.words import (
+    CAPTIONS,
+    CAPTIONS_OF_SEVERAL,
+    FIGURE_TITLES,
+    headline,
+    intervals,
+    minutes,
+    phase_title,
+    tally,
+)
 from somatopy.analysis.runs import Run, load_run
 from somatopy.analysis.standings import Standing, standings
 from somatopy.analysis.summary import summarise
@@ -29,7 +38,8 @@ from somatopy.analysis.table import comparison
 __all__ = ["Source", "render_report", "write_report"]
 
 #: Widest picture that is embedded, px.
-WIDEST = 1500
+WIDEST = 1400
+WIDE = ("figure2", "misses", "filmstrip")
 
 
 @dataclass(frozen=True)
@@ -86,7 +96,10 @@ def render_report(sources: Sequence[Source]) -> str:
     from plotly.offline import get_plotlyjs
 
     environment = Environment(
-        loader=PackageLoader("somatopy.analysis", "report"), autoescape=True, undefined=StrictUndefined, trim_blocks=True
+        loader=PackageLoader("somatopy.analysis", "report"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
     )
     folder = Path(__file__).parent
     text = environment.get_template("page.html").render(
@@ -125,7 +138,7 @@ def _content(sources: Sequence[Source]) -> dict[str, Any]:
         "verdicts": VERDICTS,
         "claims": claims,
         "plots": {name: _embeddable(json.loads(figure.to_json())) for name, figure in _charts(sources)},
-        "captions": CAPTIONS,
+        "captions": CAPTIONS if alone else CAPTIONS_OF_SEVERAL,
         "phases": [phase_title(first.summary, index) for index in range(len(first.summary["phases"]))],
         "overview": [_overview(source) for source in sources],
         "differences": _differences(sources),
@@ -154,7 +167,7 @@ def _embeddable(value: Any) -> Any:
     from markupsafe import Markup
 
     text = json.dumps(value, allow_nan=False, separators=(",", ":"))
-    return Markup(text.replace("&", "\\u0026").replace("<", "\\u003c").replace(">", "\\u003e"))  # noqa: S704
+    return Markup(text.replace("&", "\\u0026").replace("<", "\\u003c").replace(">", "\\u003e"))
 
 
 def _overview(source: Source) -> dict[str, Any]:
@@ -185,7 +198,7 @@ def _leaves(value: Any, prefix: str = "") -> Iterator[tuple[str, Any]]:
         yield from _leaves(entry, f"{prefix}.{key}" if prefix else str(key))
 
 
-def _pictures(run: Run) -> Iterator[dict[str, str]]:
+def _pictures(run: Run) -> Iterator[dict[str, Any]]:
     """The run's figures, as far as they were drawn, made small enough to be carried along."""
     from PIL import Image
 
@@ -197,7 +210,12 @@ def _pictures(run: Run) -> Iterator[dict[str, str]]:
                 packed = io.BytesIO()
                 picture.convert("RGB").save(packed, "WEBP", quality=80, method=4)
             data = base64.b64encode(packed.getvalue()).decode("ascii")
-            yield {"title": title, "uri": f"data:image/webp;base64,{data}", "file": f"figures/{name}.svg"}
+            yield {
+                "title": title,
+                "wide": name in WIDE,
+                "uri": f"data:image/webp;base64,{data}",
+                "file": f"figures/{name}.svg",
+            }
 
 
 def _what_was_run(source: Source) -> dict[str, Any]:

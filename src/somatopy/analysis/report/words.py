@@ -12,7 +12,16 @@ from somatopy.analysis.standings import OWN, Standing
 from somatopy.analysis.trends import Trend, quantile
 from somatopy.analysis.windows import FRAMES_PER_MINUTE
 
-__all__ = ["CAPTIONS", "FIGURE_TITLES", "headline", "intervals", "minutes", "phase_title", "tally"]
+__all__ = [
+    "CAPTIONS",
+    "CAPTIONS_OF_SEVERAL",
+    "FIGURE_TITLES",
+    "headline",
+    "intervals",
+    "minutes",
+    "phase_title",
+    "tally",
+]
 
 FIGURE_TITLES = {
     "figure2": "Figure 2: maps and their strongest links",
@@ -41,6 +50,12 @@ CAPTIONS = {
 }
 
 
+CAPTIONS_OF_SEVERAL = CAPTIONS | {
+    "efficiency": "What was possible differs between runs only if their arm movements or bodies do; the table above tells.",
+    "gaze": "Median angle between the camera's optical axis and the hand, seen or not, over stretches of five minutes.",
+}
+
+
 def headline(run: Run, summary: Mapping[str, Any], found: Sequence[Standing]) -> str:
     """The result in two or three sentences."""
     phases = [(k, phase) for k, phase in enumerate(summary["phases"]) if phase["frames"]]
@@ -54,8 +69,10 @@ def headline(run: Run, summary: Mapping[str, Any], found: Sequence[Standing]) ->
         sentences.append(f"Of what any gaze could have seen, that is {_and(reached)}.")
     controls = [f"{s.name} {100 * s.rates[phases[0][0]]:.1f} %" for s in found if s.summary and s is not own]
     if controls:
-        sentences.append(f"On the same movements the controls saw it, {_when(summary, phases[0][0])}: {_and(controls)}.")
-    return " ".join(sentences)
+        sentences.append(
+            f"On the same movements the controls saw it, {_when(summary, phases[0][0])}: {_and(controls)}."
+        )
+    return " ".join(sentences).replace(" %", "\u00a0%")
 
 
 def tally(verdicts: Sequence[str]) -> str:
@@ -63,10 +80,10 @@ def tally(verdicts: Sequence[str]) -> str:
 
     Example:
         >>> tally(["holds", "cannot tell", "holds"])
-        '2 hold, 0 do not, of 1 this run cannot tell'
+        '2 hold, 0 do not, 1 cannot be told'
     """
     holds, not_so, unknown = (list(verdicts).count(verdict) for verdict in VERDICTS)
-    return f"{holds} hold, {not_so} do not, of {unknown} this run cannot tell"
+    return f"{holds} hold, {not_so} do not, {unknown} cannot be told"
 
 
 def phase_title(summary: Mapping[str, Any], index: int) -> str:
@@ -86,7 +103,7 @@ def intervals(summary: Mapping[str, Any]) -> list[str]:
         for entry in phase["trends"]:
             trend = Trend(**entry) if entry else None
             reach = quantile(trend.last - trend.first + 1) * trend.slope_se if trend else 0.0
-            texts.append(f"{trend.slope:+.2f} ± {reach:.2f}" if trend else "—")
+            texts.append(f"{trend.slope:+.2f} ± {reach:.2f}".replace("-", "−") if trend else "—")
     return texts
 
 

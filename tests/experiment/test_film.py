@@ -1,0 +1,132 @@
+"""Pictures of a run, drawn again: each shows what the eye finds at that posture, and the robot as it stood."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from somatopy.bodies import BODIES, BodyError, MujocoBody
+from somatopy.experiment import Description
+from somatopy.experiment.film import photographs, portrait
+from somatopy.eyes import FiducialEye, GeometricEye
+
+Short = Callable[..., Description]
+Postures = list[tuple[np.ndarray, np.ndarray]]
+
+
+@pytest.fixture(scope="module")
+def body() -> MujocoBody:
+    return MujocoBody("nao", motion="kinematic", arm_speed=None)
+
+
+@pytest.fixture(scope="module")
+def postures(body: MujocoBody) -> Postures:
+    """Twelve legal postures of arm and head, the hand seen by the geometric eye in every other."""
+    rng, eye = np.random.default_rng(0), GeometricEye(body.camera, body.marker, body.occluders)
+    found: Postures = []
+    while len(found) < 12:
+        arm, head = (rng.uniform(group.lower, group.upper) for group in (body.arm, body.head))
+        head = body.legal(head)
+        if (eye.find(body.view(arm, head)) is not None) == (len(found) % 2 == 0):
+            found.append((arm, head))
+    return found
+
+
+@pytest.mark.parametrize("motion", ["kinematic", "dynamic"])
+def test_placed_is_where_it_was_told(motion: str, postures: Postures) -> None:
+    """At once, exactly, at rest; true poses are those of `view`, but for what gravity does to a wrist no one commands."""
+    robot = MujocoBody("nao", motion=motion)  # type: ignore[arg-type]
+    robot.reset()
+    for arm, head in postures:
+        for _ in range(3):
+            robot.step(robot.arm.upper, robot.head.lower)
+        reading = robot.place(arm, head)
+        for got, told in ((reading.arm, arm), (reading.head, head)):
+            assert np.array_equal(got, told)
+        assert np.array_equal(reading.arm_command, arm) and np.array_equal(reading.head_command, head)
+        view = robot.view(arm, head)
+        assert reading.view is not None
+        assert np.allclose(reading.view.camera, view.camera, rtol=0, atol=1e-9)
+        assert np.allclose(reading.view.marker, view.marker, rtol=0, atol=1e-9 if motion == "kinematic" else 1e-4)
+        assert not robot.data.qvel.any()
+
+
+@pytest.mark.parametrize("motion", ["kinematic", "dynamic"])
+def test_placed_it_stays(motion: str, body: MujocoBody) -> None:
+    """Told to stay where it was placed, it does, within what servos give way to gravity."""
+    robot = MujocoBody("nao", motion=motion)  # type: ignore[arg-type]
+    arm, head = np.array([0.4, 0.2, -0.8, -0.6]), np.array([0.3, 0.1])
+    robot.place(arm, head)
+    for _ in range(10):
+        reading = robot.step(arm, head)
+    assert np.abs(reading.arm - arm).max() < 0.01 and np.abs(reading.head - head).max() < 0.01
+
+
+def test_placing_clips_nothing_and_refuses_nonsense(body: MujocoBody) -> None:
+    """Beyond the limits is where it stands, as recorded postures may be; wrong lengths and NaN are named."""
+    far = np.array([3.0, 0.0, 0.0, -0.5])
+    assert np.array_equal(body.place(far, [0, 0]).arm, far)
+    with pytest.raises(ValueError, match=r"arm target has shape \(2,\)"):
+        body.place([0, 0], [0, 0])
+    with pytest.raises(ValueError, match=r"head target .* not finite"):
+        body.place(far, [0, np.nan])
+
+
+@pytest.mark.gl
+def test_photographs_show_what_the_eye_finds(short: Short, postures: Postures) -> None:
+    """Tags and the hand's pixel are those of the detector on the same posture, and are in the picture itself."""
+    robot = MujocoBody("nao", motion="kinematic", arm_speed=None)
+    eye = FiducialEye(robot.camera, robot.marker)
+    taken = photographs(short(), *zip(*postures, strict=True))
+    assert len(taken) == len(postures)
+    seen = 0
+    for (arm, head), photograph in zip(postures, taken, strict=True):
+        sighting = eye.look(robot.place(arm, head))
+        assert photograph.image.shape == (240, 320, 3) and photograph.image.dtype == np.uint8
+        found = eye.detect(photograph.image)
+        assert list(found) == list(photograph.tags)
+        assert all(np.array_equal(found[tag], photograph.tags[tag]) for tag in found)
+        assert photograph.pixel == (sighting.pixel if sighting else None)
+        assert (sighting is None) == (not photograph.tags)
+        assert sighting is None or sighting.tag in photograph.tags
+        seen += sighting is not None
+    assert 4 <= seen <= 8
+    assert len({photograph.image.tobytes() for photograph in taken}) == len(taken)
+    robot.close()
+
+
+@pytest.mark.gl
+def test_photographs_are_of_the_recorded_posture_whatever_the_motion(short: Short, postures: Postures) -> None:
+    """Physics or none, fast or slow babbling: the pictures of a posture are the same; none asked, none taken."""
+    arms, heads = zip(*postures[:2], strict=True)
+    one, other = (
+        [photograph.image.tobytes() for photograph in photographs(description, arms, heads)]
+        for description in (short(), short(body={"motion": "dynamic"}, babbling={"speed": 0.1}))
+    )
+    assert one == other
+    assert photographs(short(), [], []) == []
+
+
+@pytest.mark.gl
+def test_a_portrait_shows_the_robot(short: Short) -> None:
+    """Of the size asked, with more than background in it; another posture is another picture."""
+    one = portrait(short(), [0.4, 0.2, -0.8, -0.6], [0.3, 0.1], size=(200, 150))
+    other = portrait(short(), [-0.4, 0.2, -0.8, -0.6], [0.3, 0.1], size=(200, 150))
+    assert one.shape == other.shape == (150, 200, 3)
+    changed = (one != other).any(axis=2)
+    assert 0.005 < changed.mean() < 0.5
+    assert one.reshape(-1, 3).std(axis=0).max() > 10
+
+
+@pytest.mark.gl
+def test_a_portrait_needs_its_camera(short: Short, tmp_path: Path) -> None:
+    """A model without a camera of that name: it and those there are are named."""
+    source = BODIES["nao"]
+    (tmp_path / "nao.toml").write_text(source.read_text())
+    model = (source.parent / "nao.xml").read_text()
+    (tmp_path / "nao.xml").write_text(model.replace('name="outside"', 'name="inside"'))
+    with pytest.raises(BodyError, match=r"'outside' does not exist\. Available: .*CameraBottom"):
+        portrait(short(body={"model": str(tmp_path / "nao.toml")}), np.zeros(4), np.zeros(2))
