@@ -20,7 +20,7 @@ NO_MARKS = {"start": None, "peak": None, "end": None}
 def test_keys_are_the_contract(make_run: Any) -> None:
     """The documented keys, no more and no fewer."""
     summary = summarise(make_run(np.ones(3 * 4500), np.ones(100)))
-    assert list(summary) == ["seed", "eye", "motion", "learner", "ceiling_rate", "phases"]
+    assert list(summary) == ["seed", "eye", "motion", "learner", "ceiling_rate", "reactive_rate", "phases"]
     assert [list(phase) for phase in summary["phases"]] == [PHASE_KEYS, PHASE_KEYS]
     assert list(summary["phases"][0]["trends"][0]) == ["first", "last", "slope", "slope_se", "intercept"]
 
@@ -105,6 +105,21 @@ def test_run_killed_before_its_first_part(make_run: Any) -> None:
     run = make_run(np.ones(9000), np.ones(100), recorded=0, distances={"arm_distance": np.ones(9100)})
     phases = summarise(run)["phases"]
     assert [(phase["frames"], phase["rate"], phase["hits_per_window"]) for phase in phases] == [(0, None, [])] * 2
+
+
+def test_efficiency_times_ceiling_is_hits(rich_run: Any) -> None:
+    """In every window with a ceiling, efficiency * ceiling share * 4,500 frames are the hits; both bounds are there."""
+    summary = summarise(rich_run)
+    assert (summary["ceiling_rate"], summary["reactive_rate"]) == (0.5, 0.45)
+    for phase, ceiling in zip(summary["phases"], rich_run.ceiling["phases"], strict=True):
+        products = np.multiply(phase["efficiency_per_window"], ceiling["per_window"]) * 4500
+        assert products == pytest.approx(phase["hits_per_window"])
+
+
+def test_without_a_ceiling_there_is_no_efficiency(make_run: Any) -> None:
+    """Null, not a number against nothing."""
+    summary = summarise(make_run(np.ones(9000)))
+    assert summary["ceiling_rate"] is summary["reactive_rate"] is summary["phases"][0]["efficiency_per_window"] is None
 
 
 def test_summary_has_the_same_bytes_every_time(make_run: Any) -> None:

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from somatopy.analysis.trends import fit_trend, fit_trends, segments
+from somatopy.analysis.trends import fit_trend, fit_trends, lag_of, mean_se, newey_west, segments
 
 COUNTS = st.lists(st.integers(0, 4500), min_size=3, max_size=60)
 BREAKS = st.lists(st.integers(1, 40), unique=True, max_size=4).map(sorted)
@@ -23,15 +23,70 @@ def test_agrees_with_polyfit(counts: list[int]) -> None:
     assert trend.intercept == pytest.approx(intercept, abs=1e-7)
 
 
-@given(COUNTS)
-def test_standard_error_is_the_textbook_formula(counts: list[int]) -> None:
-    """se^2 = residual sum of squares / (n - 2) / sum of squared deviations of k."""
-    trend = fit_trend(counts)
-    assert trend is not None
+def textbook(counts: np.ndarray) -> float:
+    """Standard error of the slope if residuals were independent: RSS / (n - 2) over squared deviations of k."""
     k = np.arange(len(counts))
-    residuals = np.asarray(counts) - trend.intercept - trend.slope * k
-    variance = (residuals**2).sum() / (len(k) - 2) / ((k - k.mean()) ** 2).sum()
-    assert trend.slope_se == pytest.approx(np.sqrt(variance), abs=1e-4)
+    residuals = counts - np.polyval(np.polyfit(k, counts, 1), k)
+    return float(np.sqrt((residuals**2).sum() / (len(k) - 2) / ((k - k.mean()) ** 2).sum()))
+
+
+def robust(counts: np.ndarray, lag: int) -> float:
+    """Newey and West (1987), term by term: Bartlett weights 1 - l / (lag + 1), small-sample factor n / (n - 2)."""
+    n = len(counts)
+    x = np.column_stack([np.ones(n), np.arange(n)])
+    residuals = counts - x @ np.linalg.solve(x.T @ x, x.T @ counts)
+    meat = np.zeros((2, 2))
+    for s in range(n):
+        for t in range(n):
+            if abs(s - t) <= lag:
+                meat += (1 - abs(s - t) / (lag + 1)) * residuals[s] * residuals[t] * np.outer(x[s], x[t])
+    bread = np.linalg.inv(x.T @ x)
+    return float(np.sqrt(n / (n - 2) * (bread @ meat @ bread)[1, 1]))
+
+
+@given(COUNTS)
+def test_standard_error_is_the_larger_of_textbook_and_newey_west(counts: list[int]) -> None:
+    """Autocorrelation widens it; with few windows it never falls below the textbook's."""
+    trend, values = fit_trend(counts), np.asarray(counts, dtype=float)
+    assert trend is not None
+    expected = max(textbook(values), robust(values, lag_of(len(values))))
+    assert trend.slope_se == pytest.approx(expected, rel=1e-6, abs=1e-4)
+
+
+def test_newey_west_on_an_example() -> None:
+    """What the library gives is the formula written out, and the trend takes it where residuals follow each other."""
+    k = np.arange(39)
+    counts = 2000 + 12 * k + 150 * np.sin(k / 3)
+    x = np.column_stack([np.ones(39), k])
+    residuals = counts - x @ np.linalg.lstsq(x, counts)[0]
+    expected = robust(counts, 3)
+    assert newey_west(x, residuals)[1] == pytest.approx(expected)
+    trend = fit_trend(counts)
+    assert trend is not None and trend.slope_se == pytest.approx(expected)
+    assert expected > 1.3 * textbook(counts)
+
+
+def test_newey_west_covers_where_the_textbook_does_not() -> None:
+    """Over 400 flat series with autocorrelated noise, 95 % intervals hold 0 more often than the textbook's."""
+    rng = np.random.default_rng(0)
+    noise = rng.normal(size=(400, 60))
+    for t in range(1, 60):
+        noise[:, t] += 0.6 * noise[:, t - 1]
+    ours = theirs = 0
+    for series in noise[:, 21:]:
+        trend = fit_trend(series)
+        assert trend is not None
+        ours += abs(trend.slope) <= 2.026 * trend.slope_se
+        theirs += abs(trend.slope) <= 2.026 * textbook(series)
+    assert theirs < 0.80 * 400 < ours
+
+
+def test_error_of_a_mean() -> None:
+    """Independent windows: about s / sqrt(n). Windows without scatter: 0. Fewer than three: none."""
+    values = np.random.default_rng(1).normal(size=4000)
+    error = mean_se(values)
+    assert error == pytest.approx(1 / np.sqrt(4000), rel=0.1)
+    assert mean_se([5, 5, 5]) == 0.0 and mean_se([5, 6]) is None
 
 
 @given(st.floats(-90, 90), st.floats(0, 3000), st.integers(3, 60))

@@ -14,7 +14,7 @@ CHOICES = {
     "presets": set(PRESETS),
     "bodies": set(BODIES),
     "babbling ranges": set(BODIES),
-    "learners": {"hebbian", "random", "fixed"},
+    "learners": {"hebbian", "random", "fixed", "nearest"},
     "damages": {"none", "offset"},
 }
 

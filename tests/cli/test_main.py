@@ -60,23 +60,25 @@ def test_version(capsys: pytest.CaptureFixture[str]) -> None:
 
 @pytest.mark.parametrize("verb", VERBS)
 def test_every_verb_has_help_with_an_example(verb: str, capsys: pytest.CaptureFixture[str]) -> None:
-    """Exit code 0, on standard output; experiment commands list their dotted keys."""
+    """Exit code 0, on standard output; experiment commands list their dotted keys, the others take a run folder."""
     assert main([verb, "--help"]) == 0
     out, err = capsys.readouterr()
     assert f"example: somatopy {verb}" in out and err == ""
     assert "--json" in out
-    if verb != "list":
+    if verb in ("reproduce", "run"):
         assert "--babbling.speed" in out and "--learner.arm-map.shape" in out and "--damage-minutes" in out
+    elif verb != "list":
+        assert "RUN" in out and "runs/" in out and "--babbling.speed" not in out
 
 
 @pytest.mark.parametrize(
     ("args", "parts"),
     [
-        (["dance"], ["'dance'", "reproduce, run, list"]),
+        (["dance"], ["'dance'", ", ".join(VERBS)]),
         (["run"], ["paper", "description file", "somatopy run paper"]),
         (["run", "--seed", "1"], ["paper", "description file"]),
-        (["run", "papr"], ["'papr'", "(paper)", "description file"]),
-        (["run", "."], ["'.'", "(paper)"]),
+        (["run", "papr"], ["'papr'", "(paper, paper-random, ", "description file"]),
+        (["run", "."], ["'.'", "(paper, paper-random, "]),
         (["run", "paper", "--sed", "1"], ["--sed", "--seed"]),
         (["run", "paper", "--babbling.sped", "1"], ["--babbling.sped", "--babbling.speed"]),
         (["run", "paper", "paper"], ["'paper' was not expected"]),
@@ -98,11 +100,18 @@ def test_every_verb_has_help_with_an_example(verb: str, capsys: pytest.CaptureFi
             ["[1, 0] of LShoulderPitch", "low end"],
         ),
         (["run", "paper", "--body.model", "robby"], ["'robby'", "Known bodies: nao"]),
+        (["run", "paper", "--phases.0.plastic", "lynx"], ["'intact'", "'lynx'", "arm_map, head_map, links"]),
+        (["run", "paper", "--learner", "nearest", "--phases.1.plastic", "links"], ["'damaged'", "'links'", "memory"]),
+        (["run", "paper-shuffled", "--learner", "random"], ["'shuffled'", "random learner", "no links to shuffle"]),
+        (["run", "paper-frozen", "--learner", "random"], ["'intact'", "'links'", "leave plastic away"]),
+        (["resume", "none"], ["none", "experiment.toml", "No such file"]),
+        (["evaluate", "none"], ["none", "experiment.toml", "No such file"]),
+        (["resume", "."], ["experiment.toml", "No such file"]),
     ],
 )
 def test_wrong_use_is_told_in_one_paragraph(refused: Refused, args: list[str], parts: list[str]) -> None:
     """Exit code 2 and what is wrong, before anything is written."""
-    message = refused(*args, *(GEOMETRIC if args[0] == "run" and "paper" in args else []))
+    message = refused(*args, *(GEOMETRIC if args[0] == "run" and "paper" in args[1:2] else []))
     assert all(part in message for part in parts), message
     assert "\n" not in message
 

@@ -10,7 +10,7 @@ import pytest
 from somatopy.cli import main
 
 SMALL = ["--learner.arm-map.shape", "10", "10", "--learner.head-map.shape", "10", "10"]
-SUMMARY = {"seed", "eye", "motion", "learner", "ceiling_rate", "phases"}
+SUMMARY = {"seed", "eye", "motion", "learner", "ceiling_rate", "reactive_rate", "phases"}
 PHASE = {
     "damage", "frames", "hits", "rate", "hits_per_window", "efficiency_per_window", "trends",
     "arm_distortion", "head_distortion",
@@ -26,7 +26,7 @@ def test_end_to_end(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert "paper" in printed.splitlines()[0] and "this run" in printed.splitlines()[0]
     assert "177,823" in printed and "+12.147" in printed and "-80.286" in printed
     assert "180" in printed and "90" in printed
-    assert str(out) in said and "figure3.png" in said
+    assert str(out) in said and str(out / "report.html") in said
     for name in ("figure3.png", "figure3.svg"):
         assert (out / "figures" / name).stat().st_size > 1000
     summary = json.loads((out / "summary.json").read_text())
@@ -34,6 +34,11 @@ def test_end_to_end(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert [summary[key] for key in ("seed", "eye", "motion", "learner")] == [0, "fiducial", "dynamic", "hebbian"]
     assert [(phase["damage"], phase["frames"]) for phase in summary["phases"]] == [("none", 180), ("offset", 90)]
     assert all(set(phase) == PHASE for phase in summary["phases"])
+    for name in ("random", "fixed", "frozen"):
+        beside = json.loads((out / "controls" / name / "summary.json").read_text())
+        assert (beside["seed"], beside["eye"], beside["motion"]) == (0, "geometric", "dynamic")
+        assert [phase["frames"] for phase in beside["phases"]] == [180, 90]
+    assert (out / "report.html").stat().st_size > 100_000
     assert {"wall_s", "frames_per_s", "peak_memory_bytes"} <= json.loads((out / "cost.json").read_text()).keys()
 
 

@@ -1,13 +1,8 @@
-"""somatopy run: a preset or a file into a run folder, and Ctrl-C in the middle."""
+"""somatopy run: a preset or a file into a run folder."""
 
 from __future__ import annotations
 
 import json
-import re
-import signal
-import subprocess
-import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -40,6 +35,7 @@ def test_json_is_one_object_of_summary_and_cost(tmp_path: Path, capsys: pytest.C
     printed, run = json.loads(text), load_run(out)
     assert run.summary is not None
     assert printed == {"folder": str(out), "cost": run.cost, **run.summary}
+    assert all(phase["efficiency_per_window"] == [] for phase in printed["phases"]) and 0 < printed["ceiling_rate"] <= 1
     assert "frames/s" in err and "hits" in err
 
 
@@ -67,22 +63,24 @@ def test_a_run_without_frames(tmp_path: Path) -> None:
     assert [phase["frames"] for phase in (load_run(out).summary or {})["phases"]] == [0, 0]
 
 
-@pytest.mark.parametrize("eye", ["geometric", pytest.param("fiducial", marks=pytest.mark.gl)])
-def test_ctrl_c_keeps_every_frame_until_then(tmp_path: Path, eye: str) -> None:
-    """SIGINT to the real command: exit code 130, no traceback, it says where the data is, and all rows are there."""
-    out = tmp_path / ("a rather long folder name [with brackets] " * 3).strip()
-    command = [sys.executable, "-c", "from somatopy.cli import main; raise SystemExit(main())"]
-    args = ["run", "paper", *QUICK, "--eye", eye, "--out", str(out)]
-    process = subprocess.Popen([*command, *args], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    while not (out / "experiment.toml").exists():
-        assert process.poll() is None, process.communicate()
-        time.sleep(0.02)
-    time.sleep(0.3)
-    process.send_signal(signal.SIGINT)
-    printed, said = process.communicate(timeout=60)
-    assert process.returncode == 130 and printed == "" and "Traceback" not in said
-    assert str(out) in said
-    count = int(re.findall(r"Interrupted after (\d+) frames", said)[0])
-    run = load_run(out)
-    assert count > 0 and run.frames(["frame"])["frame"].to_pylist() == list(range(count))
-    assert run.cost is not None and run.cost["frames"] == count
+@pytest.mark.parametrize("name", ["random", "fixed", "nearest", "sampled", "links-only"])
+def test_controls_are_presets(name: str, tmp_path: Path) -> None:
+    """Each by its name, with the same flags as the experiment itself."""
+    out = tmp_path / name
+    maps = MAPS if name in ("sampled", "links-only") else []
+    assert (
+        main(["run", f"paper-{name}", "--eye", "geometric", "--motion", "kinematic", *maps, *SHORT, "--out", str(out)])
+        == 0
+    )
+    assert load_description(out / "experiment.toml").name == f"paper-{name}"
+    assert load_run(out).frames(["frame"]).num_rows == 45 + 18
+
+
+def test_all_that_a_run_leaves_behind(tmp_path: Path) -> None:
+    """The folder's files, as documented; nothing is left aside."""
+    out = tmp_path / "out"
+    assert main(["run", "paper", *QUICK, *SHORT, "--out", str(out)]) == 0
+    assert {str(path.relative_to(out)) for path in out.rglob("*") if path.is_file()} == {
+        *["experiment.toml", "frames/part-00000.parquet", "checkpoint.npz", "phase-0.npz", "phase-1.npz", ".lock"],
+        *["summary.json", "ceiling.json", "cost.json"],
+    }

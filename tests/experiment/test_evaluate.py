@@ -51,12 +51,12 @@ def test_a_gaze_is_judged_by_where_it_is(run_short: RunShort) -> None:
     away, ahead = (evaluate(run_short(str(gaze["head"]), learner=gaze).path, 300) for gaze in (AWAY, AHEAD))
     assert away["rate"] == away["efficiency"] == 0.0
     assert away["gaze_error_deg"]["median"] > ahead["gaze_error_deg"]["median"] + 10
-    assert ahead["rate"] > 0.1
+    assert ahead["rate"] > 0.05
     assert away["reachable"] == ahead["reachable"]
 
 
 def test_the_learner_perceives_the_last_damage(run_short: RunShort) -> None:
-    """A gaze that ignores the arm is judged alike with any damage; the paper's learner, asked of shifted postures, not."""
+    """A gaze that ignores the arm is judged alike with any damage; what was learned is asked of shifted postures."""
     hurt: dict[str, Any] = {"damage": {"kind": "offset"}}
     found = {}
     for name, learner in (("blind", AHEAD), ("learned", {"kind": "hebbian"})):

@@ -37,7 +37,7 @@ def postures(body: MujocoBody) -> Postures:
 
 @pytest.mark.parametrize("motion", ["kinematic", "dynamic"])
 def test_placed_is_where_it_was_told(motion: str, postures: Postures) -> None:
-    """At once, exactly, at rest; true poses are those of `view`, but for what gravity does to a wrist no one commands."""
+    """At once, exactly, at rest; true poses are those of `view`, but for the sag of a wrist that no one commands."""
     robot = MujocoBody("nao", motion=motion)  # type: ignore[arg-type]
     robot.reset()
     for arm, head in postures:
@@ -50,7 +50,7 @@ def test_placed_is_where_it_was_told(motion: str, postures: Postures) -> None:
         view = robot.view(arm, head)
         assert reading.view is not None
         assert np.allclose(reading.view.camera, view.camera, rtol=0, atol=1e-9)
-        assert np.allclose(reading.view.marker, view.marker, rtol=0, atol=1e-9 if motion == "kinematic" else 1e-4)
+        assert np.allclose(reading.view.marker, view.marker, rtol=0, atol=1e-9 if motion == "kinematic" else 1e-3)
         assert not robot.data.qvel.any()
 
 

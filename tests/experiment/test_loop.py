@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -12,10 +14,13 @@ import pytest
 
 from somatopy.analysis.runs import Run, load_run
 from somatopy.analysis.summary import write_summary
+from somatopy.bodies import MujocoBody
 from somatopy.contract import same
 from somatopy.experiment import Description, DescriptionError, Experiment, load_description, loop, recorder
 from somatopy.experiment.checkpoint import FILE, locked, read_checkpoint
+from somatopy.experiment.damage import NoDamage
 from somatopy.experiment.recorder import prepare_folder
+from somatopy.percept import Percept
 
 Short = Callable[..., Description]
 RunShort = Callable[..., Run]
@@ -94,8 +99,9 @@ def test_each_part_is_handed_what_the_one_before_gave(calls: Calls) -> None:
         assert (percept.time, percept.dt, percept.sighting) == (reading.time, reading.dt, sighting)
         assert observes[k][0][0] is sensed and gazes[k][0][0] is sensed
         assert steps[k][0][0] is commands[k][1] and steps[k][0][1] is gazes[k][1]
-    for k in range(6):
+    for k in (0, 1, 2, 4, 5):  # between them is the border of the phases, where the body senses anew
         assert looks[k + 1][0][0] is steps[k][1]
+    assert looks[4][0][0].time == steps[3][1].time and np.array_equal(looks[4][0][0].arm, steps[3][1].arm)
 
 
 def test_the_damage_of_a_phase_lasts_as_long_as_the_phase(calls: Calls) -> None:
@@ -424,6 +430,62 @@ def test_stopped_anywhere_it_goes_on_bit_for_bit(
     assert go_on(broken, 10**9)
     assert contents(broken) == contents(whole)
     assert same(end_state(broken), end_state(whole))
+
+
+class Blow(NoDamage):
+    """Knocks the camera aside for the length of a phase, and makes the arm's sensors noisy."""
+
+    alters_ceiling = True
+
+    def injure(self, body: MujocoBody) -> None:  # type: ignore[override]
+        self.before = body.model.cam_pos.copy()
+        body.model.cam_pos[:] += 0.02
+
+    def heal(self, body: MujocoBody) -> None:  # type: ignore[override]
+        body.model.cam_pos[:] = self.before
+
+    def sense(self, percept: Percept, rng: np.random.Generator) -> Percept:
+        return replace(percept, arm=percept.arm + rng.normal(0, 0.01, len(percept.arm)))
+
+
+@pytest.mark.parametrize("stop", [50, 51, 75, 99, 100, 101])
+def test_an_injured_body_goes_on_injured_and_a_healed_one_healed(
+    short: Short, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, stop: int
+) -> None:
+    """Wherever in a run or at its phases' borders it was stopped, each injury is there once and in its phase alone."""
+    real = loop.build_damage
+    monkeypatch.setattr(loop, "build_damage", lambda p, body: Blow() if p.name == "b" else real(p, body))
+    phases = [{"name": name, "frames": 50} for name in "abc"]
+    description, poses = short(phases=phases), {}
+    for name, stops in (("whole", [10**9]), ("broken", [stop, 10**9])):
+        folder = prepare_folder(tmp_path / name, description)
+        for frame in stops:
+            experiment = Experiment(description)
+            if frame != stops[0]:
+                experiment.restore_from(folder / FILE)
+            experiment.run(folder, until(frame))
+        poses[name] = experiment.body.model.cam_pos.copy()
+    expected = contents(tmp_path / "whole")
+    assert contents(tmp_path / "broken") == expected
+    for border in ("phase-0.npz", "phase-1.npz"):
+        shutil.copy(tmp_path / "whole" / border, tmp_path / "broken" / FILE)
+        assert go_on(tmp_path / "broken", 10**9)
+        assert contents(tmp_path / "broken") == expected
+    assert np.array_equal(poses["broken"], poses["whole"])
+    assert np.array_equal(poses["whole"], Experiment(description).body.model.cam_pos)
+
+
+def test_an_injury_is_seen_from_the_first_frame_of_its_phase_to_the_last(
+    short: Short, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The gaze error, computed from true poses, is the injured body's in all frames of the phase and in no other."""
+    description, found = short(phases=[{"name": name, "frames": 5} for name in "abc"], learner=FIXED), {}
+    for name, damage in (("hurt", Blow), ("intact", NoDamage)):
+        monkeypatch.setattr(loop, "build_damage", lambda p, body, damage=damage: (NoDamage, damage)[p.name == "b"]())
+        folder = prepare_folder(tmp_path / name, description)
+        Experiment(description).run(folder)
+        found[name] = column(load_run(folder), "gaze_error_rad").ravel()
+    assert (found["hurt"] != found["intact"]).tolist() == [False] * 5 + [True] * 5 + [False] * 5
 
 
 def test_what_a_kill_leaves_behind_is_cleared_away(run_short: RunShort, small_parts: int, tmp_path: Path) -> None:

@@ -243,8 +243,8 @@ CLAIMS: tuple[Claim, ...] = (
         "level",
         "While intact, the hand is seen in about half of the frames.",
         f"{PAPER_RATE:.1f} % ({PAPER_HITS:,} of {PAPER_FRAMES[0]:,} frames, section IV)",
-        "Holds if ours differs by at most √2 of our 95 % half-width; cannot tell if the run is shorter than nine tenths "
-        "of the paper's.",
+        "Holds if ours differs by at most √2 of our 95 % half-width; cannot tell if the run is shorter than nine "
+        "tenths of the paper's.",
         rate_near(0, PAPER_RATE),
     ),
     *_slope_claims(

@@ -86,7 +86,7 @@ def load_snapshot(path: str | os.PathLike[str]) -> Snapshot:
             found = {field.name: arrays[field.name] for field in fields(Snapshot)}
     except KeyError as error:
         raise RunFolderError(f"{path} lacks an array: {error}. Is it a snapshot of maps and links?") from error
-    except (OSError, ValueError, BadZipFile) as error:
+    except (OSError, EOFError, ValueError, BadZipFile) as error:
         raise RunFolderError(f"{path} is damaged ({error}). Delete it, or run the experiment again.") from error
     found["frame"] = int(found["frame"])
     for name in ("arm_shape", "head_shape"):

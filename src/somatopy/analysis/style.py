@@ -1,7 +1,6 @@
 """The one visual language of figures and report: colours, line styles, type, and how figures are saved.
 
-Everything stays apart in grey: lightness, widths, dashes and markers differ wherever hues do. Distances from black on
-a grey print: trends 30 %, ceiling 15 %, hits 50 %, damage 55 %, the paper 50 % and dashed.
+Everything stays apart in grey: lightness, widths, dashes and markers differ wherever hues do.
 """
 
 from __future__ import annotations

@@ -67,7 +67,7 @@ def fit_trend(counts: ArrayLike, first: int = 0) -> Trend | None:
     last = first + len(values) - 1
     if np.ptp(values) == 0:  # spared the rounding, so that windows without scatter give a plain 0
         return Trend(first, last, 0.0, 0.0, float(values[0]))
-    design = np.column_stack([np.ones(len(values)), np.arange(len(values))])
+    design = np.column_stack([np.ones(len(values)), np.arange(len(values), dtype=np.float64)])
     (intercept, slope), errors = _least_squares(design, values)
     return Trend(first, last, slope, errors[1], intercept)
 

@@ -172,6 +172,6 @@ def _damage(text: str) -> dict[str, Any]:
 class OnRun:
     """What the commands that take a run folder share."""
 
-    run: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(help="The run folder.")]
+    run: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(help="The run folder.", metavar="RUN")]
     json: Annotated[_Switch, tyro.conf.arg(help="Print one JSON object.")] = False
     debug: Annotated[_Switch, tyro.conf.arg(help="Show tracebacks.")] = False

@@ -152,6 +152,7 @@ class Experiment:
         phase = self.description.phases[index]
         if afresh:
             self._damages[index].injure(self.body)
+            self._reading = self.body.restore(self.body.state())  # sensed again: as it is now
         if afresh and phase.start == "afresh":
             self.learner = self._build_learner(f"learner of phase {index}")
         if afresh and phase.start == "shuffled" and isinstance(self.learner, HebbianLearner):

@@ -25,19 +25,9 @@ BORDER = 2.0
 REACH = 0.8333
 
 #: Corners, middles of the edges and centre of a tag, in half edges up and to the right; the corners go round.
-_POINTS = (
-    (1.0, -1.0),
-    (1.0, 1.0),
-    (-1.0, 1.0),
-    (-1.0, -1.0),
-    (1.0, 0.0),
-    (0.0, 1.0),
-    (-1.0, 0.0),
-    (0.0, -1.0),
-    (0.0, 0.0),
-)
+_POINTS = np.array([(1, -1), (1, 1), (-1, 1), (-1, -1), (1, 0), (0, 1), (-1, 0), (0, -1), (0, 0)], float)
 #: y and z, in the cube's frame, of the outward normal of each face.
-_NORMALS = (1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)
+_NORMALS = np.array([(1, 0), (0, 1), (-1, 0), (0, -1)], float)
 
 
 @jit
@@ -110,7 +100,7 @@ def _in_frame(u: float, v: float, depth: float, lens: Floats, cube: Floats) -> b
 @jit
 def _point(marker: Floats, cube: Floats, face: int, up: float, right: float, k: int) -> float:
     """Coordinate k in the world of a point `up` and `right` (m) from the centre of a face."""
-    ny, nz = _NORMALS[face]
+    ny, nz = _NORMALS[face, 0], _NORMALS[face, 1]
     x, y, z = marker[3 + 3 * k], marker[4 + 3 * k], marker[5 + 3 * k]
     return float(marker[k] + cube[0] * (ny * y + nz * z) + up * x + right * (ny * z - nz * y))
 
@@ -118,7 +108,7 @@ def _point(marker: Floats, cube: Floats, face: int, up: float, right: float, k: 
 @jit
 def _tag_area(face: int, camera: Floats, lens: Floats, marker: Floats, cube: Floats, work: Floats) -> float:
     """Area (px^2) of a face's tag if it is turned to the camera, large enough and inside the image, else 0."""
-    ny, nz = _NORMALS[face]
+    ny, nz = _NORMALS[face, 0], _NORMALS[face, 1]
     distance = facing = 0.0
     for k in range(3):
         normal = ny * marker[4 + 3 * k] + nz * marker[5 + 3 * k]
@@ -128,7 +118,7 @@ def _tag_area(face: int, camera: Floats, lens: Floats, marker: Floats, cube: Flo
     if facing <= lens[4] * math.sqrt(distance):
         return 0.0
     for corner in range(4):
-        up, right = cube[1] * _POINTS[corner][0], cube[1] * _POINTS[corner][1]
+        up, right = cube[1] * _POINTS[corner, 0], cube[1] * _POINTS[corner, 1]
         x = _point(marker, cube, face, up, right, 0)
         y = _point(marker, cube, face, up, right, 1)
         z = _point(marker, cube, face, up, right, 2)
@@ -165,7 +155,7 @@ def _hidden(
     """Whether a shape hides one of nine points of a face's tag, which are left in `points`."""
     for n in range(9):
         for k in range(3):
-            points[n, k] = _point(marker, cube, face, cube[2] * _POINTS[n][0], cube[2] * _POINTS[n][1], k)
+            points[n, k] = _point(marker, cube, face, cube[2] * _POINTS[n, 0], cube[2] * _POINTS[n, 1], k)
     return any_between(poses, kinds, sizes, camera, points, math.sqrt(2.0) * cube[2])
 
 

@@ -86,7 +86,7 @@ def _draw_learners(axes: Axes, learners: Sequence[Standing], shares: list[list[f
     controls = [standing for standing in learners if standing.name != OWN]
     for standing, (color, dashes, marker) in zip(controls, CONTROLS * len(controls), strict=False):
         at, values = _percent(standing, shares)
-        look = {"color": color, "lw": 1.3, "dashes": dashes, "marker": marker, "ms": 3.0, "markevery": 3}
+        look: Any = {"color": color, "lw": 1.3, "dashes": dashes, "marker": marker, "ms": 3.0, "markevery": 3}
         axes.plot(at, values, label=f"{standing.name} ({standing.eye} eye)", zorder=3, **look)
     (own,) = (standing for standing in learners if standing.name == OWN)
     at, values = _percent(own, shares)

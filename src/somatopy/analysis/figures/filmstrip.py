@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -61,7 +62,7 @@ def filmstrip_frames(run: Run, columns: int = COLUMNS, every: int = EVERY) -> li
     """
     rows = []
     starts = [round(start * WINDOW) for start in phase_starts(summarise(run)["phases"])]
-    for start, stop in zip(starts, starts[1:], strict=False):
+    for start, stop in pairwise(starts):
         middles = [start + WINDOW // 2, stop - WINDOW // 2] if stop - start > 2 * WINDOW else [(start + stop) // 2]
         rows += [[middle + k * every for k in range(columns) if middle + k * every < stop] for middle in middles]
     return [row for row in rows if row]
@@ -78,6 +79,7 @@ def filmstrip(run: Run, shots: Sequence[Shot]) -> Figure:
         ValueError: no picture.
     """
     from matplotlib.figure import Figure
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
 
     rows = _rows(shots)
     summary = summarise(run)
@@ -85,8 +87,7 @@ def filmstrip(run: Run, shots: Sequence[Shot]) -> Figure:
     across = max(map(len, rows))
     with style():
         size = (2.0 * across + 0.2, (2.0 * height / width + 0.42) * len(rows) + 0.5)
-        figure = Figure(figsize=size, layout="constrained")
-        figure.get_layout_engine().set(w_pad=0.02, h_pad=0.02, wspace=0.02, hspace=0.02)  # type: ignore[union-attr]
+        figure = Figure(figsize=size, layout=ConstrainedLayoutEngine(w_pad=0.02, h_pad=0.02, wspace=0.02, hspace=0.02))
         figure.suptitle(
             f"What the head camera saw, at times set by the clock: {source(summary)}", x=0.01, ha="left", fontsize=11.0
         )
@@ -104,8 +105,8 @@ def _rows(shots: Sequence[Shot]) -> list[list[Shot]]:
     if not shots:
         raise ValueError("A filmstrip needs at least one picture; filmstrip_frames(run) says which frames to render.")
     rows = [[shots[0]]]
-    step = min((b.frame - a.frame for a, b in zip(shots, shots[1:], strict=False)), default=1)
-    for before, shot in zip(shots, shots[1:], strict=False):
+    step = min((b.frame - a.frame for a, b in pairwise(shots)), default=1)
+    for before, shot in pairwise(shots):
         if shot.frame - before.frame > step:
             rows.append([])
         rows[-1].append(shot)
@@ -120,7 +121,7 @@ def _draw(axes: Axes, shot: Shot) -> None:
         axes.plot(*shot.pixel, marker="+", ms=11, mew=2.0, color=BORDER)
     seen = shot.pixel is not None
     axes.set_title(_clock(shot), fontsize=9.0)
-    colors = {"color": "white", "backgroundcolor": BORDER if seen else HITS}
+    colors: Any = {"color": "white", "backgroundcolor": BORDER if seen else HITS}
     axes.text(0.03, 0.05, "seen" if seen else "missed", transform=axes.transAxes, fontsize=7.5, **colors)
 
 

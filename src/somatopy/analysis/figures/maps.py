@@ -46,7 +46,7 @@ def figure2(run: Run) -> Figure | None:
     arm, head = joints_of(run, "arm"), joints_of(run, "head")
     with style():
         figure = Figure(figsize=(11.0, 8.6), layout="constrained")
-        rows = figure.subfigures(2, 1, height_ratios=[1, 1], hspace=0.04)
+        rows: Any = figure.subfigures(2, 1, height_ratios=[1, 1], hspace=0.04)
         scale = _lattice_space(rows[0], maps, head)
         _joint_space(rows[1], maps, arm, head)
         bar = figure.colorbar(scale, ax=rows[0].axes, shrink=0.8, pad=0.02, format="{x:.0f}°")
@@ -146,9 +146,11 @@ def _draw_map(
     low, high = np.degrees(maps.head_limits[0])
     _draw_edges(axes, at, shape)
     linked = np.isfinite(colors)
-    axes.scatter(*at[~linked].T, s=5.0, facecolor="white", edgecolor="#9a9a9a", linewidths=0.5, zorder=3)
+    axes.scatter(
+        at[~linked, 0], at[~linked, 1], s=5.0, facecolor="white", edgecolor="#9a9a9a", linewidths=0.5, zorder=3
+    )
     look: Any = {"s": 17.0, "edgecolor": "white", "linewidths": 0.3, "zorder": 3}
-    axes.scatter(*at[linked].T, c=colors[linked], cmap=MAP, vmin=low, vmax=high, **look)
+    axes.scatter(at[linked, 0], at[linked, 1], c=colors[linked], cmap=MAP, vmin=low, vmax=high, **look)
     axes.set_xlabel(f"{names[0]} (°)")
     axes.set_ylabel(f"{names[1]} (°)", bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.0})
     axes.set_title(f"{title}, joint space")
@@ -164,7 +166,7 @@ def _draw_edges(axes: Axes, at: Floats, shape: tuple[int, int]) -> None:
     axes.autoscale_view()
 
 
-def _widths(weights: Floats, widest: float = 1.8) -> Floats:
+def _widths(weights: Any, widest: float = 1.8) -> Floats:
     widths: Floats = 0.25 + (widest - 0.25) * weights / weights.max()
     return widths
 

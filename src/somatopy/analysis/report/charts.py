@@ -101,8 +101,8 @@ def gaze_chart(runs: Sequence[Drawn]) -> Figure | None:
         color, dash = (TREND, "solid") if len(runs) == 1 else _look(index)
         if len(runs) == 1:
             _add(figure, at, angles[:, 3], "95th percentile", PAPER, dash="dot", decimals=1)
-            _add(figure, at, angles[:, 2], "upper quartile", "#9db0d8", decimals=1, width=0.8)
-            _add(figure, at, angles[:, 0], "lower quartile", "#9db0d8", decimals=1, width=0.8, fill="tonexty")
+            _add(figure, at, angles[:, 2], "upper quartile", "#9db0d8", decimals=1, width=0.8, showlegend=False)
+            _add(figure, at, angles[:, 0], "middle half", "#9db0d8", decimals=1, width=0.8, fill="tonexty")
         _add(figure, at, angles[:, 1], "median" if len(runs) == 1 else name, color, dash=dash, decimals=1)
     figure.update_yaxes(rangemode="tozero")
     return figure
@@ -194,7 +194,8 @@ def _add_trends(figure: Figure, summary: Summary, color: str, named: bool) -> No
             trend = Trend(**entry)
             at = np.array([start + trend.first, start + trend.last])
             values = np.array([trend.at(0), trend.at(trend.last - trend.first)])
-            more = {"legendgroup": "trend" if named else None, "showlegend": named and not shown, "hoverinfo": "skip"}
+            group = "trend" if named else None
+            more: Any = {"legendgroup": group, "showlegend": named and not shown, "hoverinfo": "skip"}
             _add(figure, at, values, "trend, this run", color, width=3.2 if named else 2.2, **more)
             figure.data[-1].hovertemplate = None
             shown = True
@@ -213,7 +214,7 @@ def _add_paper(figure: Figure, summary: Summary) -> None:
                     np.array([start + first, start + first + length]),
                     np.array([paper.at(0), paper.at(length)]),
                 )
-                more = {"legendgroup": "paper", "showlegend": not shown, "hoverinfo": "skip"}
+                more: Any = {"legendgroup": "paper", "showlegend": not shown, "hoverinfo": "skip"}
                 _add(figure, at, values, "trend, the paper's run", PAPER, dash="dash", **more)
                 figure.data[-1].hovertemplate = None
                 shown = True

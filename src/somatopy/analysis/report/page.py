@@ -24,6 +24,7 @@ from somatopy.analysis.report.words import (
     CAPTIONS,
     CAPTIONS_OF_SEVERAL,
     FIGURE_TITLES,
+    cost,
     headline,
     intervals,
     minutes,
@@ -226,5 +227,5 @@ def _what_was_run(source: Source) -> dict[str, Any]:
         "settings": list(_leaves(described)),
         "versions": run.description.get("versions", {}),
         "cite": run.description.get("cite", []),
-        "cost": run.cost,
+        "cost": cost(run.cost),
     }

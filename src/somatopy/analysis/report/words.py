@@ -16,6 +16,7 @@ __all__ = [
     "CAPTIONS",
     "CAPTIONS_OF_SEVERAL",
     "FIGURE_TITLES",
+    "cost",
     "headline",
     "intervals",
     "minutes",
@@ -34,25 +35,24 @@ FIGURE_TITLES = {
 }
 
 CAPTIONS = {
-    "hits": "Hits are frames in which the marker on the hand was detected. A window is drawn where it starts; it has 4,500 "
-    "frames. Trends are least squares over full windows, restarted at the damage and 35 minutes after it, as in the paper.",
-    "efficiency": "The ceiling is the share of frames in which some head posture would have seen the hand. The reactive "
-    "bound is what perfect knowledge of the arm, without looking ahead, makes of it. Both are reckoned by the geometric "
-    "eye; so are the controls, which run on the same arm movements.",
-    "arm": "Mean distance from arm posture to winner over the last 1,800 inputs, after the update; 1 is a joint's whole "
-    "range (the paper's Figure 4).",
+    "hits": "Hits are frames in which the marker on the hand was detected. A window is drawn where it starts; it has "
+    "4,500 frames. Trends are least squares over full windows, restarted at the damage and 35 minutes after it, as in "
+    "the paper.",
+    "efficiency": "The ceiling is the share of frames in which some head posture would have seen the hand. The "
+    "reactive bound is what perfect knowledge of the arm, without looking ahead, makes of it. Both are reckoned by the "
+    "geometric eye; so are the controls, which run on the same arm movements.",
+    "arm": "Mean distance from arm posture to winner over the last 1,800 inputs, after the update; 1 is a joint's "
+    "whole range (the paper's Figure 4).",
     "head": "The same for the head map (the paper's Figure 5).",
     "gaze": "Angle between the camera's optical axis and the hand, seen or not, over stretches of five minutes.",
-    "misses": "Share of frames in which the hand was not seen, by the arm's true posture. Where no head posture sees the "
-    "hand, it is always missed. Grey: fewer than 30 frames.",
+    "misses": "Share of frames in which the hand was not seen, by the arm's true posture. Where no head posture sees "
+    "the hand, it is always missed. Grey: fewer than 30 frames.",
     "maps": "Arm units take the colour of the head unit that their strongest link leads to: the gaze they stand for. "
     "Hollow units have no link yet. Lines: the 100 strongest of those links.",
 }
-
-
 CAPTIONS_OF_SEVERAL = CAPTIONS | {
-    "efficiency": "What was possible differs between runs only if their arm movements or bodies do; the table above tells.",
-    "gaze": "Median angle between the camera's optical axis and the hand, seen or not, over stretches of five minutes.",
+    "efficiency": "What was possible differs between runs only if arm movements or bodies do; the table above tells.",
+    "gaze": "Median angle between optical axis and hand, seen or not, over stretches of five minutes.",
 }
 
 
@@ -61,18 +61,36 @@ def headline(run: Run, summary: Mapping[str, Any], found: Sequence[Standing]) ->
     phases = [(k, phase) for k, phase in enumerate(summary["phases"]) if phase["frames"]]
     if not phases:
         return "No frame of this run was recorded."
-    parts = [f"{100 * phase['rate']:.1f} % of {phase['frames']:,} frames {_when(summary, k)}" for k, phase in phases]
+    parts = [f"{_percent(phase['rate'])} of {phase['frames']:,} frames {_when(summary, k)}" for k, phase in phases]
     sentences = [f"The hand was seen in {_and(parts)}."]
     own = next(standing for standing in found if standing.name == OWN)
-    reached = [f"{100 * own.efficiencies[k]:.0f} % {_when(summary, k)}" for k, _ in phases if own.efficiencies[k]]
+    reached = [f"{_percent(own.efficiencies[k], 0)} {_when(summary, k)}" for k, _ in phases if own.efficiencies[k]]
     if reached:
         sentences.append(f"Of what any gaze could have seen, that is {_and(reached)}.")
-    controls = [f"{s.name} {100 * s.rates[phases[0][0]]:.1f} %" for s in found if s.summary and s is not own]
+    controls = [f"{s.name} {_percent(s.rates[phases[0][0]])}" for s in found if s.summary and s is not own]
     if controls:
         sentences.append(
             f"On the same movements the controls saw it, {_when(summary, phases[0][0])}: {_and(controls)}."
         )
     return " ".join(sentences).replace(" %", "\u00a0%")
+
+
+def cost(measured: Mapping[str, Any] | None) -> str:
+    """What the run took, as far as it was measured.
+
+    Example:
+        >>> cost({"wall_s": 12.4, "frames": 9000, "frames_per_s": 725.8})
+        '9,000 frames took 12 s, 726 frames a second.'
+    """
+    measured = measured or {}
+    frames = f"{measured['frames']:,} frames" if "frames" in measured else "The run"
+    forms = {
+        "wall_s": (1, frames + " took {:,.0f} s"),
+        "frames_per_s": (1, "{:,.0f} frames a second"),
+        "peak_memory_bytes": (1e6, "{:,.0f} MB of memory"),
+    }
+    parts = [form.format(measured[key] / unit) for key, (unit, form) in forms.items() if measured.get(key)]
+    return f"{', '.join(parts)}." if parts else ""
 
 
 def tally(verdicts: Sequence[str]) -> str:
@@ -105,6 +123,10 @@ def intervals(summary: Mapping[str, Any]) -> list[str]:
             reach = quantile(trend.last - trend.first + 1) * trend.slope_se if trend else 0.0
             texts.append(f"{trend.slope:+.2f} ± {reach:.2f}".replace("-", "−") if trend else "—")
     return texts
+
+
+def _percent(share: float | None, digits: int = 1) -> str:
+    return "none" if share is None else f"{100 * share:.{digits}f} %"
 
 
 def _when(summary: Mapping[str, Any], index: int) -> str:

@@ -13,7 +13,8 @@ import pytest
 from matplotlib.colors import to_hex
 
 from somatopy.analysis import summarise
-from somatopy.analysis.figures import BORDER, HITS, PAPER, TREND, figure3, save
+from somatopy.analysis.figures import figure3, save
+from somatopy.analysis.style import BORDER, HITS, PAPER, TREND
 
 
 def lines_of(figure: Any, color: str) -> list[tuple[list[float], list[float]]]:
@@ -115,8 +116,8 @@ def test_the_paper_is_drawn_only_as_far_as_the_run_goes(make_run: Any) -> None:
 def test_importing_the_package_loads_nothing_heavy() -> None:
     """The command line starts quickly: scipy, pyarrow and matplotlib wait until they are needed."""
     code = (
-        "import sys, somatopy.analysis, somatopy.analysis.figures, somatopy.analysis.table; "
-        "print({'scipy', 'pyarrow', 'matplotlib'} & set(sys.modules))"
+        "import sys, somatopy.analysis, somatopy.analysis.figures, somatopy.analysis.table, somatopy.analysis.report; "
+        "print({'scipy', 'statsmodels', 'pandas', 'pyarrow', 'matplotlib', 'plotly', 'jinja2'} & set(sys.modules))"
     )
     shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert shown.stdout.strip() == "set()"

@@ -1,0 +1,183 @@
+"""The report in a real browser: it draws, its controls answer, its console is clean, and it fetches nothing."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from somatopy.analysis.report import write_report
+
+pytestmark = pytest.mark.browser
+
+FLAGS = (
+    "--headless=new",
+    "--no-sandbox",
+    "--enable-unsafe-swiftshader",
+    "--use-angle=swiftshader",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--disable-dev-shm-usage",
+    "--window-size=1300,1000",
+)
+MARKS = "return document.querySelectorAll('#{} {}').length"
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+    """Chromium without a window, with a profile of its own, that keeps a log of its console and of requests."""
+    from selenium import webdriver
+    from selenium.webdriver.chrome.service import Service
+
+    options = webdriver.ChromeOptions()
+    options.binary_location = str(shutil.which("chromium"))
+    for flag in (*FLAGS, f"--user-data-dir={tmp_path_factory.mktemp('profile')}"):
+        options.add_argument(flag)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
+    driver = webdriver.Chrome(options=options, service=Service(shutil.which("chromedriver")))
+    yield driver
+    driver.quit()
+
+
+@pytest.fixture(scope="module")
+def page(rich_folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The report of one run."""
+    return write_report([rich_folder], tmp_path_factory.mktemp("pages") / "one.html")
+
+
+@pytest.fixture(scope="module")
+def opened(browser: Any, page: Path) -> Any:
+    """The report of one run, opened."""
+    return open_page(browser, page)
+
+
+def open_page(browser: Any, page: Path) -> Any:
+    for kind in ("browser", "performance"):
+        browser.get_log(kind)
+    browser.get(page.as_uri())
+    return browser
+
+
+def count(browser: Any, plot: str, marks: str) -> int:
+    found: int = browser.execute_script(MARKS.format(f"plot-{plot}", marks))
+    return found
+
+
+def requests(browser: Any) -> set[str]:
+    """Addresses that the page asked for, but for data that it carries itself; the browser's own pages aside."""
+    messages = [json.loads(entry["message"])["message"] for entry in browser.get_log("performance")]
+    urls = {m["params"]["request"]["url"] for m in messages if m["method"] == "Network.requestWillBeSent"}
+    return {url for url in urls if not url.startswith(("data:", "blob:", "chrome:"))}
+
+
+def test_every_plot_draws(opened: Any) -> None:
+    """Lines, points, heat maps and units are really there."""
+    assert count(opened, "hits", ".scatterlayer .trace") >= 4
+    assert count(opened, "hits", ".scatterlayer .point") == 5 + 4
+    assert count(opened, "efficiency", ".scatterlayer .trace") == 5
+    for name in ("arm", "head", "gaze"):
+        assert count(opened, name, ".scatterlayer .trace") >= 1
+    assert count(opened, "misses", ".heatmaplayer image") == 2
+    assert count(opened, "maps", ".scatterlayer .point") == 20 + 12
+    empty = "return [...document.querySelectorAll('.chart')].filter((c) => !c.querySelector('svg')).map((c) => c.id)"
+    assert opened.execute_script(empty) == []
+
+
+def test_the_slider_changes_the_maps(opened: Any) -> None:
+    """From the last window to the first, by keyboard: other links, and the text says when."""
+    from selenium.webdriver.common.by import By
+    from selenium.webdriver.common.keys import Keys
+
+    units = "return document.querySelector('#plot-maps').data[3].x.length"
+    colours = "return JSON.stringify(document.querySelector('#plot-maps').data.map((t) => t.marker && t.marker.color))"
+    slider, when = (opened.find_element(By.ID, name) for name in ("maps-window", "maps-when"))
+    assert when.text.startswith("after 45 min: ")
+    linked, before = opened.execute_script(units), opened.execute_script(colours)
+    assert f"from {linked} of 20 arm units" in when.text
+    slider.send_keys(Keys.HOME)
+    assert when.text.startswith("after 5 min: ")
+    assert opened.execute_script(colours) != before
+    slider.send_keys(Keys.ARROW_RIGHT)
+    assert when.text.startswith("after 10 min: ")
+
+
+def test_maps_are_drawn_in_either_space(opened: Any) -> None:
+    """The list offers the lattice and pairs of joints; choosing moves the units and brings angles to the axes."""
+    from selenium.webdriver.common.by import By
+    from selenium.webdriver.support.ui import Select
+
+    places = "const t = document.querySelector('#plot-maps').data; return JSON.stringify([t[4].x, t[4].y])"
+    choice = Select(opened.find_element(By.ID, "maps-view"))
+    joints = ["lattice space", "joint space: ShoulderPitch, ShoulderRoll", "joint space: ElbowYaw, ElbowRoll"]
+    assert [option.text for option in choice.options] == joints
+    choice.select_by_index(0)
+    lattice = opened.execute_script(places)
+    choice.select_by_index(2)
+    assert opened.execute_script(places) != lattice
+    assert "°" in opened.find_element(By.ID, "plot-maps").text
+    assert "ElbowYaw (across)" in opened.find_element(By.ID, "plot-maps").text
+
+
+def test_legends_hide_and_show(opened: Any) -> None:
+    """A click on a name takes its line away."""
+    from selenium.webdriver.common.by import By
+    from selenium.webdriver.support.ui import WebDriverWait
+
+    plot = opened.find_element(By.ID, "plot-efficiency")
+    opened.execute_script("arguments[0].scrollIntoView({block: 'center', behavior: 'instant'})", plot)
+    plot.find_elements(By.CSS_SELECTOR, ".legendtoggle")[0].click()
+    WebDriverWait(opened, 5).until(lambda driver: count(driver, "efficiency", ".scatterlayer .trace") == 4)
+
+
+def test_the_list_of_joints_changes_the_misses(opened: Any) -> None:
+    """Another pair: other axes, still two heat maps."""
+    from selenium.webdriver.common.by import By
+    from selenium.webdriver.support.ui import WebDriverWait
+
+    plot = opened.find_element(By.ID, "plot-misses")
+    opened.execute_script("arguments[0].scrollIntoView({block: 'center', behavior: 'instant'})", plot)
+    assert "ElbowRoll (°)" not in plot.text
+    plot.find_element(By.CSS_SELECTOR, ".updatemenu-header").click()
+    plot.find_elements(By.CSS_SELECTOR, ".updatemenu-dropdown-button")[-1].click()
+    WebDriverWait(opened, 5).until(lambda _: "ElbowRoll (°)" in plot.text and "ElbowYaw (°)" in plot.text)
+    assert count(opened, "misses", ".heatmaplayer image") == 2
+
+
+def test_a_narrow_window_is_not_wider_than_itself(browser: Any, page: Path) -> None:
+    """On a telephone's width nothing sticks out; plots follow."""
+    browser.set_window_size(500, 900)
+    open_page(browser, page)
+    inside, width = browser.execute_script("return [document.documentElement.scrollWidth, innerWidth]")
+    assert inside <= width
+    assert browser.execute_script("return document.querySelector('#plot-hits .main-svg').clientWidth") <= width
+    browser.set_window_size(1300, 1000)
+
+
+def test_nothing_is_fetched_and_nothing_complained_of(
+    browser: Any, page: Path, rich_folder: Path, rich_copy: Any, tmp_path: Path
+) -> None:
+    """The page alone is asked for, its console stays empty; also where several runs are compared."""
+    several = write_report([rich_folder, rich_copy.path], tmp_path / "several.html")
+    for file in (page, several):
+        open_page(browser, file)
+        assert count(browser, "hits", ".scatterlayer .trace") >= 2
+        assert requests(browser) == {file.as_uri()}
+        assert browser.get_log("browser") == []
+        assert browser.execute_script("return document.querySelectorAll('[data-title*=\"hare chart\"]').length") == 0
+
+
+def test_what_it_would_fetch_is_refused(opened: Any) -> None:
+    """The page's own policy keeps a script from reaching out."""
+    asked = opened.execute_async_script(
+        "const done = arguments[arguments.length - 1];"
+        "fetch('data:text/plain,x').then(() => done('allowed'), () => done('refused'))"
+    )
+    assert asked == "refused"
+    opened.get_log("browser")

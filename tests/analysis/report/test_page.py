@@ -1,0 +1,155 @@
+"""The report as a file: what stands in it."""
+
+from __future__ import annotations
+
+import html
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from somatopy.analysis.claims import judge
+from somatopy.analysis.figures import FIGURES, save
+from somatopy.analysis.report import Source, render_report, write_report
+from somatopy.analysis.runs import RunFolderError
+from somatopy.analysis.table import comparison
+
+SCRIPT = re.compile(r"<script[^>]*>.*?</script>", re.DOTALL)
+
+
+def text_of(page: str) -> str:
+    """The page's words, without scripts, styles, tags and doubled spaces."""
+    bare = re.sub(r"<style>.*?</style>", " ", SCRIPT.sub(" ", page), flags=re.DOTALL)
+    return " ".join(html.unescape(re.sub(r"<[^>]+>", " ", bare)).replace("\u00a0", " ").split())
+
+
+def plots_of(page: str) -> dict[str, Any]:
+    found = re.findall(r'<script type="application/json" data-plot="plot-(\w+)">(.*?)</script>', page, re.DOTALL)
+    return {name: json.loads(data) for name, data in found}
+
+
+@pytest.fixture(scope="module")
+def page(rich_folder: Path) -> str:
+    """The report of the run with everything in it."""
+    return render_report([Source.of(rich_folder)])
+
+
+def test_every_claim_is_there_with_rule_and_verdict(page: str, rich_folder: Path) -> None:
+    """As decided by code: words, the paper's side, ours, the rule, the verdict."""
+    words = text_of(page)
+    for claim, finding in judge(Source.of(rich_folder).summary):
+        for part in (claim.text, claim.paper, claim.rule, finding.ours, finding.verdict):
+            assert part in words
+
+
+def test_numbers_stand_beside_the_papers(page: str, rich_folder: Path) -> None:
+    """The whole table of the command line."""
+    words = text_of(page)
+    for row in comparison(Source.of(rich_folder).summary):
+        assert all(text in words for text in (row.quantity, *row.texts()))
+
+
+def test_it_says_what_was_run_and_what_to_cite(page: str) -> None:
+    """Description, versions, seed, cost; texts of the description are shown, not interpreted."""
+    words = text_of(page)
+    for part in ("learner.kind hebbian", "phases.1.damage.kind offset", "somatopy 1.2.3", "seed 7", "took 12 s"):
+        assert part in words
+    assert "A <paper> & co." in words and "<paper>" not in SCRIPT.sub("", page)
+
+
+def test_the_headline_has_rates_efficiency_and_controls(page: str, rich_folder: Path) -> None:
+    """One sentence each, from the summary."""
+    first, second = Source.of(rich_folder).summary["phases"]
+    words = text_of(page)
+    assert (
+        f"seen in {100 * first['rate']:.1f} % of 22,500 frames while intact and {100 * second['rate']:.1f} %" in words
+    )
+    assert f"that is {100 * first['rate'] / 0.5:.0f} % while intact" in words
+    assert re.search(r"the controls saw it, while intact: frozen 4\d\.\d % and random \d\.\d %", words)
+
+
+def test_it_is_one_file_that_fetches_nothing(page: str) -> None:
+    """No link, source or import leads outside; the browser is told to allow none; plotly may not upload."""
+    bare = SCRIPT.sub("", page)
+    assert not re.search(r"""(?:src|href|url|@import|action)\s*[=(]\s*["']?(?:https?:)?//""", bare)
+    assert "default-src 'none'" in page and "form-action 'none'" in page
+    assert "showSendToCloud: false" in page
+    assert len(page.encode()) < 8e6
+    assert f"its {len(page.encode()) / 1e6:.1f} MB" in text_of(page)
+
+
+def test_plots_carry_the_runs_numbers(page: str, rich_folder: Path) -> None:
+    """Every plot is there; border, trends and hidden choices included."""
+    plots = plots_of(page)
+    assert set(plots) == {"hits", "efficiency", "arm", "head", "gaze", "misses"}
+    names = [trace["name"] for trace in plots["efficiency"]["data"]]
+    geometric = [f"{name} (geometric eye)" for name in ("this run", "frozen", "random")]
+    assert names == ["ceiling", "reactive bound", *geometric]
+    assert len(plots["misses"]["data"]) == 6 * 2
+    assert len(plots["misses"]["layout"]["updatemenus"][0]["buttons"]) == 6
+    assert plots["hits"]["layout"]["shapes"][0]["x0"] == 5
+
+
+def test_the_same_run_gives_the_same_bytes(page: str, rich_folder: Path) -> None:
+    """Nothing of the day or of chance is in it."""
+    assert render_report([Source.of(rich_folder)]) == page
+
+
+def test_figures_are_carried_along(rich_copy: Any) -> None:
+    """Those that were drawn, as pictures inside the page."""
+    figure = FIGURES["figure4"](rich_copy)
+    assert figure is not None
+    save(figure, rich_copy.path / "figures", "figure4")
+    page = write_report([rich_copy.path]).read_text(encoding="utf-8")
+    assert page.count('<img src="data:image/webp;base64,') == 1
+    assert "Figure 4: distortion of the arm map" in page
+
+
+def test_it_is_written_into_the_run_folder(rich_copy: Any, tmp_path: Path) -> None:
+    """report.html, or the file that was asked for; nothing is left beside it."""
+    before = {path.name for path in rich_copy.path.iterdir()}
+    assert write_report([rich_copy.path]) == rich_copy.path / "report.html"
+    assert {path.name for path in rich_copy.path.iterdir()} == {*before, "report.html"}
+    assert write_report([rich_copy.path], tmp_path / "mine.html").is_file()
+
+
+def test_runs_side_by_side(rich_folder: Path, rich_copy: Any) -> None:
+    """A row a run, the settings that differ, a verdict for each, and all in the same plots."""
+    text = (rich_copy.path / "experiment.toml").read_text().replace("seed = 7", "seed = 8")
+    (rich_copy.path / "experiment.toml").write_text(text)
+    page = render_report([Source.of(rich_folder, "first"), Source.of(rich_copy.path, "second")])
+    words = text_of(page)
+    assert "2 runs compared" in words
+    for part in ("seed 7 8", "phases.0.frames 22500 13500", "phases.1.frames 18000 13500"):
+        assert part in words
+    assert "learner.kind hebbian hebbian" not in words
+    assert words.count("cannot tell") >= 2
+    for name in ("hits", "efficiency", "arm", "head", "gaze"):
+        names = [trace.get("name") for trace in plots_of(page)[name]["data"]]
+        assert "first" in names and "second" in names
+
+
+def test_runs_of_one_name_are_told_apart(tmp_path: Path, make_run: Any) -> None:
+    """By as much of their paths as it takes."""
+    runs = [make_run([True] * 9, folder=f"{letter}/run") for letter in "ab"]
+    words = text_of(write_report([run.path for run in runs], tmp_path / "page.html").read_text(encoding="utf-8"))
+    assert "a/run" in words and "b/run" in words
+
+
+@pytest.mark.parametrize("frames", [(0, 0), (9, 0), (4500, 9), (20_000,)])
+def test_little_gives_a_page_as_well(make_run: Any, frames: tuple[int, ...]) -> None:
+    """Runs killed at once, seconds long, of one phase, without maps, postures, ceiling: what is missing is said."""
+    run = make_run(*([True] * n for n in frames), learner="random")
+    words = text_of(write_report([run.path]).read_text(encoding="utf-8"))
+    assert "cannot tell" in words and "No ceiling was computed" in words and "No controls ran" in words
+    assert ("No frame of this run was recorded." in words) == (sum(frames) == 0)
+
+
+def test_wrong_folders_are_refused(tmp_path: Path) -> None:
+    """None, or one that is no run."""
+    with pytest.raises(ValueError, match="at least one run folder"):
+        write_report([])
+    with pytest.raises(RunFolderError, match=r"is not a run folder"):
+        write_report([tmp_path])

@@ -1,0 +1,54 @@
+"""Misses by arm region."""
+
+from __future__ import annotations
+
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+import pytest
+
+from somatopy.analysis.regions import FEW, arm_regions
+
+
+def test_cells_hold_every_frame_and_every_miss(rich_run: Any) -> None:
+    """Over each pair of joints, phase by phase, the counts are all frames and all misses."""
+    hit, phase = (rich_run.frames([name])[name].to_numpy() for name in ("hit", "phase"))
+    found = arm_regions(rich_run)
+    assert list(found) == [0, 1]
+    for index, regions in found.items():
+        assert regions.joints == ("ShoulderPitch", "ShoulderRoll", "ElbowYaw", "ElbowRoll")
+        assert list(regions.frames) == list(combinations(range(4), 2))
+        assert {int(cells.sum()) for cells in regions.frames.values()} == {int((phase == index).sum())}
+        assert {int(cells.sum()) for cells in regions.misses.values()} == {int((~hit[phase == index]).sum())}
+
+
+def test_cells_are_those_of_a_histogram(rich_run: Any) -> None:
+    """NumPy counts the same, with the same edges."""
+    table = rich_run.frames(["arm_ShoulderPitch_rad", "arm_ElbowYaw_rad", "hit", "phase"])
+    pitch, yaw, hit, phase = (table[name].to_numpy() for name in table.column_names)
+    regions = arm_regions(rich_run, cells=7)[0]
+    where = (phase == 0) & ~hit
+    expected = np.histogram2d(pitch[where], yaw[where], [regions.edges[0], regions.edges[2]])[0]
+    np.testing.assert_array_equal(regions.misses[0, 2], expected)
+
+
+def test_shares_show_where_the_hand_is_seen(rich_run: Any) -> None:
+    """The run sees half of the frames with the shoulder pitched above 0, and a tenth of the others."""
+    regions = arm_regions(rich_run, cells=4)[0]
+    for joint_share in (regions.along(0), regions.share(0, 3).mean(axis=1), regions.share(0, 1).mean(axis=1)):
+        assert joint_share == pytest.approx([0.9, 0.9, 0.5, 0.5], abs=0.04)
+    assert regions.along(3) == pytest.approx([0.7] * 4, abs=0.03)
+
+
+def test_few_frames_tell_nothing(make_run: Any) -> None:
+    """Cells with fewer than two seconds are NaN, also the empty ones."""
+    columns = {"arm_a_rad": np.r_[np.zeros(FEW), 1.0], "arm_b_rad": np.zeros(FEW + 1)}
+    regions = arm_regions(make_run(np.zeros(FEW + 1), distances=columns), cells=2)[0]
+    share = regions.share(0, 1)
+    assert share[0, 0] == 1.0 and np.isnan(share).sum() == 3
+
+
+def test_runs_without_arm_postures_have_no_regions(make_run: Any) -> None:
+    """Nothing recorded, no region."""
+    assert arm_regions(make_run([True])) == {}

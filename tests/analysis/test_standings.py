@@ -1,0 +1,31 @@
+"""A run beside its bounds and controls."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from somatopy.analysis.standings import standings
+
+
+def test_bounds_first_then_the_run_then_controls_by_rate(rich_run: Any) -> None:
+    """The order in which a table shows them."""
+    assert [s.name for s in standings(rich_run)] == ["ceiling", "reactive bound", "this run", "frozen", "random"]
+
+
+def test_efficiency_is_rate_by_ceiling(rich_run: Any) -> None:
+    """For every one, in every phase; the controls share the run's ceiling."""
+    found = standings(rich_run)
+    ceiling = found[0].rates
+    for standing in found:
+        products = [share * limit for share, limit in zip(standing.efficiencies, ceiling, strict=True)]
+        assert products == pytest.approx(list(standing.rates))
+    assert found[0].efficiencies == (1.0, 1.0) and found[1].efficiencies == pytest.approx((0.9, 0.9))
+
+
+def test_without_ceiling_and_controls_the_run_stands_alone(make_run: Any) -> None:
+    """Rates are there, efficiencies are not; a phase without frames has neither."""
+    (own,) = standings(make_run(np.arange(100) % 4 == 0, []))
+    assert (own.name, own.eye, own.rates, own.efficiencies) == ("this run", "geometric", (0.25, None), (None, None))

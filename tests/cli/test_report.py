@@ -1,0 +1,90 @@
+"""somatopy report: the page of a run as the recorder wrote it, and of several."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+
+from somatopy.analysis.claims import CLAIMS
+from somatopy.cli import main
+
+SMALL = ["--eye", "geometric", "--motion", "kinematic", "--minutes", "5", "--damage-minutes", "0"]
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+    """A short run with maps of one window, and its copy under another seed."""
+    folder = tmp_path_factory.mktemp("runs")
+    first, second = folder / "first", folder / "second"
+    assert main(["run", "paper", *SMALL, "--seed", "1", "--out", str(first)]) == 0
+    shutil.copytree(first, second)
+    text = (second / "experiment.toml").read_text(encoding="utf-8")
+    (second / "experiment.toml").write_text(text.replace("seed = 1", "seed = 2"), encoding="utf-8")
+    return [first, second]
+
+
+def test_a_run_gets_figures_and_a_page(runs: list[Path], capsys: pytest.CaptureFixture[str]) -> None:
+    """The page's path on standard output; figures and page in the run folder."""
+    assert main(["report", str(runs[0])]) == 0
+    page = runs[0] / "report.html"
+    assert capsys.readouterr().out == f"{page}\n"
+    drawn = {path.name for path in (runs[0] / "figures").iterdir()}
+    assert {"figure2.png", "figure3.svg", "figure4.png", "figure5.svg", "efficiency.png", "misses.svg"} <= drawn
+    assert 'id="maps-data"' in page.read_text(encoding="utf-8")
+
+
+def test_several_runs_are_compared(runs: list[Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """One page, in the first folder or where --out says; --json gives every verdict of every run."""
+    folders = [str(folder) for folder in runs]
+    assert main(["report", *folders]) == 0
+    assert (runs[0] / "comparison.html").is_file() and not (runs[1] / "comparison.html").exists()
+    capsys.readouterr()
+    page = tmp_path / "both.html"
+    assert main(["report", *folders, "--out", str(page), "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["report"] == str(page) and told["bytes"] == page.stat().st_size
+    assert [run["folder"] for run in told["runs"]] == folders
+    assert all(set(run["claims"]) == {claim.key for claim in CLAIMS} for run in told["runs"])
+
+
+@pytest.mark.parametrize(
+    ("args", "parts"),
+    [
+        ([], ["at least one run folder", "somatopy report"]),
+        (["nowhere"], ["nowhere is not a folder"]),
+        (["."], ["is not a run folder", "experiment.toml"]),
+        ([".", "--seed", "1"], ["Unknown option --seed", "--out, --json, --debug"]),
+        ([".", "--out"], ["--out needs a file"]),
+    ],
+)
+def test_wrong_use_is_told(
+    args: list[str],
+    parts: list[str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """Exit code 2 and one paragraph."""
+    monkeypatch.chdir(tmp_path)
+    assert main(["report", *args]) == 2
+    out, err = capsys.readouterr()
+    assert out == "" and err.count("\n") == 1
+    assert all(part in err for part in parts), err
+
+
+@pytest.mark.gl
+def test_a_run_with_the_rendered_eye_gets_a_filmstrip(tmp_path: Path) -> None:
+    """Pictures are drawn again from the recorded postures."""
+    folder = tmp_path / "rendered"
+    assert (
+        main(
+            ["run", "paper", "--motion", "kinematic", "--minutes", "0.1", "--damage-minutes", "0", "--out", str(folder)]
+        )
+        == 0
+    )
+    assert main(["report", str(folder)]) == 0
+    assert (folder / "figures" / "filmstrip.png").is_file()
+    assert "What the head camera saw" in (folder / "report.html").read_text(encoding="utf-8")

@@ -1,0 +1,318 @@
+"""somatopy resume: real runs are killed and interrupted, and end as if nothing had happened."""
+
+from __future__ import annotations
+
+import json
+import os
+import shlex
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from somatopy.analysis import load_run
+from somatopy.cli import main
+from somatopy.experiment import loop, recorder
+from somatopy.experiment.checkpoint import FILE, read_checkpoint
+
+PART, FRAMES = 120, 330
+QUICK = [
+    *["--eye", "geometric", "--motion", "kinematic", "--phases.0.frames", "200", "--phases.1.frames", "130"],
+    *["--learner.arm-map.shape", "8", "8", "--learner.head-map.shape", "8", "8"],
+]
+DYNAMIC = [*QUICK, "--motion", "dynamic"]
+Unbroken = Callable[..., dict[str, bytes]]
+
+
+def results(folder: Path) -> dict[str, bytes]:
+    """All that a run computes; what it costs is no part of it."""
+    found = [*folder.glob("frames/*"), *folder.glob("maps/*.npz"), folder / "summary.json", folder / "ceiling.json"]
+    return {str(path.relative_to(folder)): path.read_bytes() for path in found}
+
+
+@pytest.fixture(autouse=True)
+def small_parts(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Three parts are 330 frames, in this process too."""
+    for module in (loop, recorder):
+        monkeypatch.setattr(module, "PART_FRAMES", PART)
+
+
+@pytest.fixture
+def unbroken(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Unbroken:
+    """What the run of these options leaves behind if nothing stops it."""
+
+    def run(*args: str) -> dict[str, bytes]:
+        folder = tmp_path / "unbroken"
+        assert main(["run", "paper", *args, "--out", str(folder)]) == 0
+        capsys.readouterr()
+        found = results(folder)
+        assert len([name for name in found if name.startswith("frames")]) == 3
+        return found
+
+    return run
+
+
+# -- killed ----------------------------------------------------------------------------------------------------------
+
+#: Reads command lines, runs each in a process of its own, and tells its number, its frames as they pass, and its end.
+SERVER = f"""
+import json, os, sys
+import somatopy.cli.run, somatopy.cli.resume
+from somatopy.experiment import loop, recorder
+loop.PART_FRAMES = recorder.PART_FRAMES = {PART}
+loop.CHECKPOINT_S = 0.004
+told = os.dup(1)
+frame = loop.Experiment._frame
+def telling(self, *args):
+    frame(self, *args)
+    os.write(told, f"{{self.done}}\\n".encode())
+loop.Experiment._frame = telling
+for line in sys.stdin:
+    child = os.fork()
+    if child == 0:
+        nothing = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nothing, 1)
+        os.dup2(nothing, 2)
+        os._exit(somatopy.cli.main(json.loads(line)))
+    os.write(told, f"process {{child}}\\n".encode())
+    os.write(told, f"end {{os.waitpid(child, 0)[1]}}\\n".encode())
+"""
+
+
+class Server:
+    """Starts commands that can be killed at a frame, without the seconds that a new interpreter takes."""
+
+    def __init__(self) -> None:
+        command = [sys.executable, "-c", SERVER]
+        self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        assert self._process.stdin is not None and self._process.stdout is not None
+        self._in, self._out = self._process.stdin, self._process.stdout
+
+    def run(self, args: list[str], kill_after: int, pause: float) -> tuple[int, int]:
+        """Run a command and kill it some seconds after so many frames; its exit status and the last frame it told."""
+        self._in.write(json.dumps(args) + "\n")
+        self._in.flush()
+        child, last, frames = 0, 0, 0
+        for line in self._out:
+            word, *number = line.split()
+            if word == "end":
+                return int(number[0]), last
+            if word == "process":
+                child = int(number[0])
+            else:
+                last, frames = int(word), frames + 1
+                if frames == kill_after or (frames < kill_after and last == FRAMES):
+                    time.sleep(pause)
+                    os.kill(child, signal.SIGKILL)
+        raise AssertionError("the server has ended")
+
+    def close(self) -> None:
+        self._in.close()
+        self._process.wait(timeout=60)
+        self._out.close()
+
+
+@pytest.fixture(scope="module")
+def server() -> Iterator[Server]:
+    running = Server()
+    yield running
+    running.close()
+
+
+@pytest.mark.parametrize(("args", "kills"), [(QUICK, 20), (DYNAMIC, 5)], ids=["kinematic", "dynamic"])
+def test_killed_at_random_moments_it_ends_alike(
+    server: Server, unbroken: Unbroken, tmp_path: Path, args: list[str], kills: int
+) -> None:
+    """SIGKILL again and again, while frames, parts, checkpoints, ceiling or summary are made; then to the end.
+
+    A run that ends in spite of all that is compared, and another begun.
+    """
+    expected, rng, folder = unbroken(*args), np.random.default_rng(7), tmp_path / "killed"
+    killed, frames = 0, []
+    while killed < kills:
+        command = ["resume", str(folder)] if (folder / "experiment.toml").exists() else new(folder, args)
+        status, last = server.run(command, int(rng.integers(1, 100)), rng.choice([0, 0.001, 0.004, 0.02]))
+        assert status in (0, signal.SIGKILL)
+        killed += status == signal.SIGKILL
+        frames.append(last)
+        if status == 0:
+            assert results(folder) == expected
+            shutil.rmtree(folder)
+    assert len(set(frames)) > kills // 2
+    assert main(["resume", str(folder)] if folder.exists() else new(folder, args)) == 0
+    assert results(folder) == expected
+
+
+def new(folder: Path, args: list[str]) -> list[str]:
+    """The command that begins a run; a folder in which none has begun is put away."""
+    shutil.rmtree(folder, ignore_errors=True)
+    return ["run", "paper", *args, "--out", str(folder)]
+
+
+# -- processes of their own ------------------------------------------------------------------------------------------
+
+#: The command with small parts, many checkpoints, and a pause in each frame, so that there is time to stop it.
+SLOW = f"""
+import sys, time
+from somatopy.cli import main
+from somatopy.experiment import loop, recorder
+loop.PART_FRAMES = recorder.PART_FRAMES = {PART}
+loop.CHECKPOINT_S = 0.05
+frame = loop.Experiment._frame
+def slow(self, *args):
+    frame(self, *args)
+    time.sleep(0.01)
+loop.Experiment._frame = slow
+raise SystemExit(main())
+"""
+
+
+def begun(folder: Path, *args: str) -> subprocess.Popen[str]:
+    """A run in a process of its own, with its first checkpoint behind it."""
+    command = [sys.executable, "-c", SLOW, "run", "paper", *args, "--out", str(folder)]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    while not (folder / FILE).exists():
+        assert process.poll() is None, process.communicate()
+        time.sleep(0.02)
+    return process
+
+
+@pytest.mark.parametrize(
+    ("number", "args"),
+    [
+        (signal.SIGINT, DYNAMIC),
+        (signal.SIGTERM, QUICK),
+        pytest.param(signal.SIGINT, [*QUICK, "--eye", "fiducial"], marks=pytest.mark.gl),
+    ],
+    ids=["SIGINT", "SIGTERM", "SIGINT, rendered"],
+)
+def test_interrupted_it_says_how_to_go_on(
+    number: int, args: list[str], unbroken: Unbroken, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Exit code 130, no traceback, all frames until then; the command it names leads to the same end."""
+    folder = tmp_path / "a folder [with brackets], a space and a $"
+    process = begun(folder, *args)
+    process.send_signal(number)
+    printed, said = process.communicate(timeout=60)
+    assert process.returncode == 130 and printed == "" and "Traceback" not in said
+    message = said.splitlines()[-1]
+    text, _, command = message.partition(" Go on with: ")
+    count = int(text.removeprefix("Interrupted after ").removesuffix(" frames."))
+    assert 0 < count < FRAMES
+    run = load_run(folder)
+    assert run.frames(["frame"])["frame"].to_pylist() == list(range(count))
+    assert run.cost is not None and run.cost["frames"] == count and run.summary is None
+    program, *words = shlex.split(command)
+    assert program == "somatopy" and words == ["resume", str(folder)]
+    assert main(words) == 0
+    assert capsys.readouterr().out == f"{folder}\n"
+    assert results(folder) == unbroken(*args)
+
+
+def test_one_process_a_folder(unbroken: Unbroken, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """While a run goes on, a second one in its folder is refused and disturbs nothing; once it is killed, it may."""
+    folder = tmp_path / "run"
+    process = begun(folder, *QUICK)
+    try:
+        assert main(["resume", str(folder)]) == 2
+        assert f"Another process is running in {folder}" in capsys.readouterr().err
+        assert main(new(tmp_path / "other", QUICK)) == 0
+        assert process.poll() is None
+    finally:
+        process.kill()
+        process.communicate()
+    assert (folder / FILE).exists() and not (folder / "summary.json").exists()
+    capsys.readouterr()
+    assert main(["resume", str(folder)]) == 0
+    assert results(folder) == unbroken(*QUICK)
+
+
+# -- in this process -------------------------------------------------------------------------------------------------
+
+
+def everything(folder: Path) -> dict[Path, bytes]:
+    return {path: path.read_bytes() for path in folder.rglob("*") if path.is_file() and path.name != ".lock"}
+
+
+@pytest.fixture
+def finished(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Path:
+    folder = tmp_path / "finished"
+    assert main(["run", "paper", *QUICK, "--out", str(folder)]) == 0
+    capsys.readouterr()
+    return folder
+
+
+def test_a_finished_run_stays_as_it_is(finished: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """No byte changes, its cost included; what was deleted of the analysis is made again, and --json prints it."""
+    before = everything(finished)
+    assert main(["resume", str(finished)]) == 0
+    assert capsys.readouterr().out == f"{finished}\n"
+    assert everything(finished) == before
+    for name in ("summary.json", "ceiling.json", "frames/part-00002.parquet"):
+        (finished / name).unlink()
+    assert main(["resume", str(finished), "--json"]) == 0
+    table: dict[str, Any] = json.loads(capsys.readouterr().out)
+    assert everything(finished) == before
+    run = load_run(finished)
+    assert table == {"folder": str(finished), **(run.summary or {}), "cost": run.cost}
+
+
+def test_without_a_checkpoint_it_starts_at_the_beginning(finished: Path) -> None:
+    """A run that was killed before its first one: the same frames, however many were written."""
+    expected = results(finished)
+    for gone in (FILE, "phase-0.npz", "phase-1.npz", "summary.json", "ceiling.json", "frames/part-00001.parquet"):
+        (finished / gone).unlink()
+    assert main(["resume", str(finished)]) == 0
+    assert results(finished) == expected
+    assert read_checkpoint(finished / FILE)["done"] == FRAMES
+
+
+def test_a_killed_run_without_a_frame(finished: Path) -> None:
+    """Only the description is there: the run is made from it."""
+    expected = results(finished)
+    for path in finished.iterdir():
+        if path.is_dir():
+            shutil.rmtree(path)
+        elif path.name != "experiment.toml":
+            path.unlink()
+    assert main(["resume", str(finished)]) == 0
+    assert results(finished) == expected
+
+
+def test_what_cannot_be_resumed_is_left_alone(
+    finished: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """No folder, no description, a broken one, a broken checkpoint, another experiment's: exit code 2 and why."""
+    other = tmp_path / "other"
+    assert main(["run", "paper", *QUICK, "--learner.arm-map.shape", "7", "7", "--out", str(other)]) == 0
+    for folder in ("no toml", "bad toml", "cut", "empty", "text", "foreign"):
+        shutil.copytree(finished, tmp_path / folder)
+    (tmp_path / "no toml" / "experiment.toml").unlink()
+    (tmp_path / "bad toml" / "experiment.toml").write_text("seed = = 1")
+    (tmp_path / "cut" / FILE).write_bytes((finished / FILE).read_bytes()[:-200])
+    (tmp_path / "empty" / FILE).write_bytes(b"")
+    (tmp_path / "text" / FILE).write_text("state")
+    (tmp_path / "foreign" / FILE).write_bytes((other / FILE).read_bytes())
+    capsys.readouterr()
+    for folder, words in {
+        "none": ["Cannot read", "No such file"],
+        "no toml": ["Cannot read", "experiment.toml"],
+        "bad toml": ["not valid TOML", "line 1"],
+        "cut": [FILE, "no checkpoint that can be read"],
+        "empty": [FILE, "no checkpoint that can be read"],
+        "text": [FILE, "no checkpoint that can be read"],
+        "foreign": [FILE, "does not fit"],
+    }.items():
+        before = everything(tmp_path)
+        assert main(["resume", str(tmp_path / folder)]) == 2
+        out, err = capsys.readouterr()
+        assert out == "" and err.startswith("somatopy: ") and err.count("\n") == 1
+        assert all(word in err for word in (*words, str(tmp_path / folder))), err
+        assert everything(tmp_path) == before

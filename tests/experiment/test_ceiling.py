@@ -1,0 +1,261 @@
+"""The ceiling: a grid that holds every legal head posture, bounds in their order, results kept on disk."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from somatopy.bodies import MujocoBody
+from somatopy.experiment import ceiling as module
+from somatopy.experiment.ceiling import Vantages, best_fixed_head, ceiling, reachable, reactive_hits
+from somatopy.percept import Floats
+
+COARSE = (25, 9)
+FINE = (97, 29)
+
+
+@pytest.fixture
+def body() -> Iterator[MujocoBody]:
+    body = MujocoBody("nao", "kinematic")
+    yield body
+    body.close()
+
+
+@pytest.fixture(autouse=True)
+def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """No test reads or leaves anything in the user's own cache."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    return tmp_path / "cache" / "somatopy" / "ceiling"
+
+
+def wandering(body: MujocoBody, frames: int, seed: int = 0) -> Floats:
+    """An arm that moves to random targets at 0.8 rad/s, (frames, n_arm)."""
+    rng, arms, arm = np.random.default_rng(seed), [], 0.5 * (body.arm.lower + body.arm.upper)
+    target = arm
+    for frame in range(frames):
+        if frame % 30 == 0:
+            target = rng.uniform(body.arm.lower, body.arm.upper)
+        arm = arm + np.clip(target - arm, -0.8 / 15, 0.8 / 15)
+        arms.append(arm)
+    return np.array(arms)
+
+
+# -- head postures -----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("shape", [COARSE, FINE])
+def test_grid_holds_only_legal_head_postures_and_comes_near_all(body: MujocoBody, shape: tuple[int, ...]) -> None:
+    """Each is within the limits, coupled ones too; none that the head can take is farther off than half a step."""
+    heads, rng = Vantages.of(body, shape).heads, np.random.default_rng(1)
+    assert all((body.legal(head) == head).all() for head in heads)
+    step = (body.head.upper - body.head.lower) / (np.array(shape) - 1)
+    slope = 0.55  # rad of pitch limit lost per rad of yaw, at most: the corners that no grid of columns reaches
+    for _ in range(1000):
+        head = body.legal(rng.uniform(body.head.lower - 0.3, body.head.upper + 0.3))
+        apart = np.abs(heads - head) / (0.5 * step + [0, 0.5 * slope * step[0]])
+        assert apart.max(axis=1).min() <= 1 + 1e-9
+
+
+def test_grid_reaches_the_limits_themselves(body: MujocoBody) -> None:
+    """In every column of yaw stand the highest and the lowest legal pitch."""
+    heads = Vantages.of(body, COARSE).heads
+    for yaw in np.unique(heads[:, 0]):
+        column = heads[heads[:, 0] == yaw, 1]
+        assert column.min() == pytest.approx(body.legal([yaw, -9])[1])
+        assert column.max() == pytest.approx(body.legal([yaw, 9])[1])
+
+
+def test_robustness_is_the_distance_from_the_nearest_that_does_not_see(body: MujocoBody) -> None:
+    """In steps of the grid along either joint; what lies beyond the limits counts as not seeing."""
+    vantages = Vantages.of(body, COARSE)
+    rng = np.random.default_rng(2)
+    places = np.stack(np.unravel_index(vantages.cells, COARSE), axis=1)
+    everywhere = np.stack(np.meshgrid(*(np.arange(-1, n + 1) for n in COARSE), indexing="ij"), axis=-1).reshape(-1, 2)
+    for share in (0.5, 0.95, 1.0):
+        seen = rng.uniform(size=len(places)) < share
+        lit = set(map(tuple, places[seen]))
+        dark = np.array([cell for cell in everywhere if tuple(cell) not in lit])
+        expected = [np.abs(dark - place).max(axis=1).min() for place in places]
+        np.testing.assert_array_equal(vantages.robustness(seen), expected)
+
+
+# -- what can be seen --------------------------------------------------------------------------------------------------
+
+
+def test_reachable_is_that_some_head_posture_sees(body: MujocoBody) -> None:
+    """Whatever the order in which the arm postures come, although the last success is tried first."""
+    vantages, rng = Vantages.of(body, COARSE), np.random.default_rng(3)
+    arms = rng.uniform(body.arm.lower, body.arm.upper, (150, 4))
+    some = np.array([vantages.seeing(arm).any() for arm in arms])
+    assert 0.2 < some.mean() < 0.8
+    np.testing.assert_array_equal(reachable(vantages, arms), some)
+    np.testing.assert_array_equal(reachable(vantages, arms[::-1]), some[::-1])
+
+
+def test_hardly_anything_seen_is_called_unreachable(body: MujocoBody) -> None:
+    """Hits of random head postures that are not on the grid: the finer the grid the fewer lie above the ceiling."""
+    coarse, fine, rng = Vantages.of(body, COARSE), Vantages.of(body, FINE), np.random.default_rng(4)
+    arms = []
+    while len(arms) < 200:
+        arm = rng.uniform(body.arm.lower, body.arm.upper)
+        head = body.legal(rng.uniform(body.head.lower, body.head.upper))
+        if fine.eye.find(body.view(arm, head)) is not None:
+            arms.append(arm)
+    assert reachable(fine, np.array(arms)).mean() >= 0.985
+    assert reachable(fine, np.array(arms)).sum() >= reachable(coarse, np.array(arms)).sum()
+
+
+def test_reactive_gaze_stays_below_the_ceiling_and_needs_its_speed(body: MujocoBody) -> None:
+    """A head at full speed nearly reaches the ceiling, a slow one falls behind, both hit only what can be seen."""
+    vantages, arms = Vantages.of(body, (49, 15)), wandering(body, 300)
+    hits, possible = reactive_hits(vantages, arms)
+    slow, same = reactive_hits(vantages, arms, head_speed=0.1)
+    np.testing.assert_array_equal(possible, same)
+    assert 0.75 * possible.sum() < hits.sum() <= possible.sum() and slow.sum() < 0.8 * hits.sum()
+    assert (hits & ~possible).mean() < 0.02
+
+
+def test_reactive_gaze_keeps_an_arm_in_view_that_rests(body: MujocoBody) -> None:
+    """In every frame, from the first on."""
+    vantages = Vantages.of(body, COARSE)
+    arms = np.tile([0.4, 0.0, -1.0, -0.9], (20, 1))
+    hits, possible = reactive_hits(vantages, arms)
+    assert hits.all() and possible.all()
+
+
+def test_servos_lag_makes_the_reactive_gaze_worse() -> None:
+    """With physics the head is later than its set-points."""
+    kinematic, dynamic = (MujocoBody("nao", motion) for motion in ("kinematic", "dynamic"))
+    arms = wandering(kinematic, 300)
+    quick, _ = reactive_hits(Vantages.of(kinematic, (49, 15)), arms)
+    late, _ = reactive_hits(Vantages.of(dynamic, (49, 15)), arms)
+    assert late.sum() < quick.sum()
+
+
+def test_best_fixed_head_sees_more_than_any_other_on_the_grid(body: MujocoBody) -> None:
+    """And it is legal."""
+    arms = wandering(body, 100)
+    best, vantages = best_fixed_head(body, arms, COARSE), Vantages.of(body, COARSE)
+    counts = np.sum([vantages.seeing(arm) for arm in arms], axis=0)
+    assert sum(vantages.eye.find(body.view(arm, best)) is not None for arm in arms) == counts.max() > 0
+    np.testing.assert_array_equal(body.legal(best), best)
+
+
+def test_best_fixed_head_needs_arm_postures(body: MujocoBody) -> None:
+    """The message says so."""
+    with pytest.raises(ValueError, match="at least one arm posture"):
+        best_fixed_head(body, np.empty((0, 4)))
+
+
+# -- the result --------------------------------------------------------------------------------------------------------
+
+
+def test_result_is_plain_data_of_phases_and_full_windows(body: MujocoBody) -> None:
+    """Every k-th frame of each phase; a window that a phase does not fill is left out."""
+    arms = wandering(body, 170)
+    result = ceiling(body, [arms[:100], arms[100:]], window=40, every=5, grid=COARSE)
+    seen = reachable(Vantages.of(body, COARSE), arms)
+    assert json.loads(json.dumps(result)) == result
+    assert {key: result[key] for key in ("eye", "grid", "every")} == {"eye": "geometric", "grid": [25, 9], "every": 5}
+    first, second = seen[0:100:5], seen[100:170:5]
+    assert result["rate"] == pytest.approx(np.concatenate([first, second]).mean())
+    assert [phase["rate"] for phase in result["phases"]] == [first.mean(), second.mean()]
+    assert result["phases"][0]["per_window"] == [first[0:8].mean(), first[8:16].mean()]
+    assert result["phases"][1]["per_window"] == [second[0:8].mean()]
+    hits, possible = reactive_hits(Vantages.of(body, COARSE), arms)
+    assert result["reactive"] == {"rate": hits.mean(), "ceiling_rate": possible.mean(), "frames": 170}
+
+
+@pytest.mark.parametrize("phases", [[], [np.empty((0, 4))]])
+def test_without_frames_rates_are_null(body: MujocoBody, phases: list[Floats]) -> None:
+    """Not zero: nothing was measured."""
+    result = ceiling(body, phases, grid=COARSE)
+    assert result["rate"] is None and result["reactive"] == {"rate": None, "ceiling_rate": None, "frames": 0}
+    assert result["phases"] == [{"rate": None, "per_window": []}] * len(phases)
+
+
+def test_reactive_bound_of_a_long_run_is_that_of_ten_minutes() -> None:
+    """Ten stretches of 900 frames from start to end; a run of ten minutes or less is taken whole."""
+    run = np.arange(50_000.0)[:, None]
+    stretches = module._stretches([run[:20_000], run[20_000:]])
+    assert [len(part) for part in stretches] == [900] * 10
+    assert stretches[0][0] == 0 and stretches[-1][-1] == 49_999
+    assert all((np.diff(part[:, 0]) == 1).all() for part in stretches)
+    [whole] = module._stretches([run[:4000], run[4000:9000]])
+    np.testing.assert_array_equal(whole, run[:9000])
+
+
+# -- the cache ---------------------------------------------------------------------------------------------------------
+
+
+class Computed(Exception):
+    """Raised where a result should have been looked up."""
+
+
+@pytest.fixture
+def no_computing(monkeypatch: pytest.MonkeyPatch) -> Any:
+    """From its call on nothing may be computed."""
+
+    def forbid() -> None:
+        def fail(*_: object) -> None:
+            raise Computed
+
+        monkeypatch.setattr(module, "_compute", fail)
+
+    return forbid
+
+
+def test_second_call_looks_the_result_up(body: MujocoBody, no_computing: Any) -> None:
+    """Also for another body of the same kind; another arm, grid, speed or marker is another result."""
+    arms = wandering(body, 30)
+    result = ceiling(body, [arms], grid=COARSE)
+    no_computing()
+    assert ceiling(MujocoBody("nao", "kinematic"), [arms.copy()], grid=COARSE) == result
+    for other in (
+        {"arms_by_phase": [arms + 1e-9]},
+        {"arms_by_phase": [arms[:10], arms[10:]]},
+        {"grid": (25, 8)},
+        {"head_speed": 1.0},
+        {"window": 10},
+        {"body": MujocoBody("nao", "dynamic")},
+    ):
+        with pytest.raises(Computed):
+            ceiling(**{"body": body, "arms_by_phase": [arms], "grid": COARSE, **other})
+
+
+def test_cache_that_cannot_be_written_changes_nothing(
+    body: MujocoBody, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The folder's place is taken by a file."""
+    arms = wandering(body, 30)
+    result = ceiling(body, [arms], grid=COARSE)
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
+    assert ceiling(body, [arms], grid=COARSE) == result
+    assert (tmp_path / "file").read_text() == ""
+
+
+@pytest.mark.parametrize("content", ["", "{", "[1]"])
+def test_broken_cache_file_is_written_anew(body: MujocoBody, cache: Path, content: str) -> None:
+    """And no part of one is left behind."""
+    arms = wandering(body, 30)
+    result = ceiling(body, [arms], grid=COARSE)
+    [file] = cache.iterdir()
+    file.write_text(content)
+    assert ceiling(body, [arms], grid=COARSE) == result
+    assert [*cache.iterdir()] == [file] and json.loads(file.read_text()) == result
+
+
+def test_without_the_variable_the_cache_is_in_the_home_folder(
+    body: MujocoBody, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In .cache/somatopy/ceiling."""
+    monkeypatch.delenv("XDG_CACHE_HOME")
+    monkeypatch.setenv("HOME", str(tmp_path))
+    ceiling(body, [wandering(body, 10)], grid=COARSE)
+    assert len([*(tmp_path / ".cache" / "somatopy" / "ceiling").iterdir()]) == 1
