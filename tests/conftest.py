@@ -48,6 +48,14 @@ def why_no_browser() -> str | None:
     return f"Not installed: {', '.join(missing)}; on Debian: apt-get install chromium chromium-driver."
 
 
+@pytest.fixture(autouse=True, scope="session")
+def cache_of_its_own(tmp_path_factory: pytest.TempPathFactory) -> Generator[None, None, None]:
+    """No test writes to the user's cache folder, or reads what is there."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
+        yield
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_setup(item: pytest.Item) -> None:
     if item.get_closest_marker("gl") is not None and why_no_gl() is not None:

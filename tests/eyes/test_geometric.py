@@ -224,9 +224,7 @@ def test_rendered_eye_agrees() -> None:
     seen = np.array([[found is not None for found in pair] for pair in pairs])
     assert 150 < seen[:, 1].sum() < 450
     assert (seen[:, 0] == seen[:, 1]).mean() > 0.965
-    assert (
-        abs(int(seen[:, 0].sum()) - int(seen[:, 1].sum())) < 13
-    )  # three standard deviations of 16 errors of even sign
+    assert abs(int(seen[:, 0].sum()) - int(seen[:, 1].sum())) < 13  # three standard deviations of 16 errors
     both = [(m, r) for m, r in pairs if m is not None and r is not None]
     apart = [np.subtract(m.pixel, r.pixel) for m, r in both]
     assert np.median(np.linalg.norm(apart, axis=1)) < 1.0

@@ -195,7 +195,7 @@ def test_start() -> None:
 def test_a_part_that_is_not_there_cannot_be_plastic() -> None:
     """The part and the valid ones are named; what was plastic stays."""
     subject = learner(plastic={"links"})
-    with pytest.raises(ValueError, match="no part 'lynx' .*arm_map.*head_map.*links"):
+    with pytest.raises(ValueError, match=r"no part 'lynx' .*arm_map.*head_map.*links"):
         subject.plastic = frozenset({"links", "lynx"})
     assert subject.plastic == {"links"}
     with pytest.raises(ValueError, match="no part 'memory'"):

@@ -10,7 +10,7 @@ from somatopy.analysis.bounds import ceiling_rates, reactive_efficiency
 from somatopy.analysis.runs import Run
 from somatopy.analysis.summary import summarise
 
-__all__ = ["OWN", "Standing", "standings"]
+__all__ = ["OWN", "Standing", "render_standings", "standings"]
 
 OWN = "this run"
 Rates = tuple[float | None, ...]
@@ -66,3 +66,18 @@ def _standing(name: str, summary: Mapping[str, Any], limits: Sequence[float | No
     padded = [*limits, *[None] * len(rates)]
     shares = tuple(rate / limit if rate is not None and limit else None for rate, limit in zip(rates, padded))  # noqa: B905
     return Standing(name, summary["eye"], rates, shares, summary)
+
+
+def render_standings(rows: Sequence[Standing], phases: Sequence[str]) -> str:
+    """Rows as fixed-width text: share of frames with the hand seen, and of what was possible, phase by phase."""
+    head = ["", "eye", *(f"{phase}: seen, of possible" for phase in phases)]
+    lines = [head]
+    for row in rows:
+        cells = (f"{_percent(r):>8}{_percent(e):>8}" for r, e in zip(row.rates, row.efficiencies, strict=True))
+        lines.append([row.name, row.eye, *cells])
+    widths = [max(len(line[k]) for line in lines) for k in range(len(head))]
+    return "\n".join("  ".join(cell.ljust(w) for cell, w in zip(line, widths, strict=True)).rstrip() for line in lines)
+
+
+def _percent(share: float | None) -> str:
+    return "n/a" if share is None else f"{100 * share:.1f} %"

@@ -100,11 +100,7 @@ class MujocoBody:
 
     def reset(self, seed: int | None = None) -> Reading:
         """Stand in the home posture at time 0. The body has no noise: `seed` changes nothing."""
-        home = self.anatomy.home
-        if home is None:
-            mujoco.mj_resetData(self.model, self.data)
-        else:
-            mujoco.mj_resetDataKeyframe(self.model, self.data, self.model.key(home).id)
+        self._go_home(self.data)
         self._frame = 0
         self._setpoint = self.data.qpos[self._qpos]
         clip_targets(self._setpoint, self._lower, self._upper, *self._coupling)
@@ -198,7 +194,7 @@ class MujocoBody:
         """
         if self._imagined is None:
             self._imagined = mujoco.MjData(self.model)
-            self._imagined.qpos[:] = self.data.qpos
+            self._go_home(self._imagined)
         self._imagined.qpos[self._qpos[: self._n_arm]] = arm
         self._imagined.qpos[self._qpos[self._n_arm :]] = head
         for refresh in (mujoco.mj_kinematics, mujoco.mj_comPos, mujoco.mj_camlight):
@@ -216,6 +212,13 @@ class MujocoBody:
         return bool((self.legal(head) == head).all())
 
     # -- moving and sensing ------------------------------------------------------------------------------------------
+
+    def _go_home(self, data: mujoco.MjData) -> None:
+        home = self.anatomy.home
+        if home is None:
+            mujoco.mj_resetData(self.model, data)
+        else:
+            mujoco.mj_resetDataKeyframe(self.model, data, self.model.key(home).id)
 
     def _follow(self, before: Floats) -> None:
         """Let the servos track set-points that ramp from `before` to the new ones, and the physics pass."""

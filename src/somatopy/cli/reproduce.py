@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from somatopy.analysis import load_run
+from somatopy.analysis.standings import render_standings, standings
 from somatopy.analysis.table import comparison, render
 from somatopy.api import finish
 from somatopy.cli.options import parse
@@ -35,8 +36,12 @@ def main(args: Sequence[str]) -> int:
     folder = run_options(options)
     run_controls(options.description, folder / "controls")
     report = illustrate(folder)
-    summary = load_run(folder).summary or {}
-    print(json.dumps(result(folder)) if options.json else render(comparison(summary)))
+    run = load_run(folder)
+    if options.json:
+        print(json.dumps(result(folder)))
+    else:
+        names = [phase.name for phase in options.description.phases]
+        print(render(comparison(run.summary or {})), render_standings(standings(run), names), sep="\n\n")
     note(f"Run folder: {folder}\nReport:     {report}")
     return 0
 
