@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from somatopy.analysis import load_run
-    from somatopy.api import run
+    from somatopy.api import fork, resume, run
     from somatopy.babbling import check_babbler
     from somatopy.bodies import MujocoBody, check_body
     from somatopy.contract import ContractError
@@ -41,9 +41,11 @@ __all__ = [
     "check_eye",
     "check_learner",
     "check_rule",
+    "fork",
     "load_description",
     "load_run",
     "paper",
+    "resume",
     "run",
 ]
 
@@ -63,7 +65,9 @@ _HOMES = {
     "check_rule": "links",
     "load_description": "experiment",
     "load_run": "analysis",
+    "fork": "api",
     "paper": "experiment",
+    "resume": "api",
     "run": "api",
 }
 

@@ -60,7 +60,13 @@ def resume(folder: str | Path, learner: MakeLearner | None = None) -> Run:
     return finish(experiment, folder)
 
 
-def fork(folder: str | Path, description: Description, phase: int = 0, out: str | Path | None = None) -> Run:
+def fork(
+    folder: str | Path,
+    description: Description,
+    phase: int = 0,
+    out: str | Path | None = None,
+    learner: MakeLearner | None = None,
+) -> Run:
     """Run other phases after a phase that has ended already: one training, many continuations.
 
     Args:
@@ -68,12 +74,13 @@ def fork(folder: str | Path, description: Description, phase: int = 0, out: str 
         description: the new experiment; up to and including that phase it must be the old one.
         phase: the last phase to take over.
         out: the new run folder, new or empty; runs/<time>_<name>_seed<k> if None.
+        learner: the learner of your own that the run began with, if it did.
 
     Raises:
         DescriptionError: that phase has not ended, or the descriptions differ before it ends.
     """
-    folder = Path(folder)
-    old = load_description(folder / "experiment.toml")
+    folder, experiment = Path(folder), Experiment(description, learner)
+    description, old = experiment.description, load_description(folder / "experiment.toml")
     shared = {"name": description.name, "phases": old.phases[: phase + 1]}
     if old.model_copy(update=shared) != description.model_copy(update={"phases": description.phases[: phase + 1]}):
         raise DescriptionError(f"The description differs from that of {folder} before the end of phase {phase}.")
@@ -82,7 +89,6 @@ def fork(folder: str | Path, description: Description, phase: int = 0, out: str 
         raise DescriptionError(
             f"Phase {phase} of {folder} has not ended: there is no {end.name}. Resume that run first."
         )
-    experiment = Experiment(description)
     experiment.restore_from(end)
     target = prepare_folder(out, description)
     _take_over(folder, target, experiment.parts, phase)

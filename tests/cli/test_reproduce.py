@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 
 import pytest
@@ -50,3 +51,22 @@ def test_json_replaces_the_table(tmp_path: Path, capsys: pytest.CaptureFixture[s
     table = json.loads(capsys.readouterr().out)
     assert set(table) == SUMMARY | {"folder", "cost"}
     assert (out / "figures" / "figure3.png").is_file()
+
+
+def test_an_interrupted_reproduction_is_brought_to_its_end(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Stopped in the middle of a control, `resume` gives the same controls and table as an unbroken one."""
+    args = ["--eye", "geometric", "--motion", "kinematic", "--minutes", "0.2", "--damage-minutes", "0.1", *SMALL]
+    whole, broken = tmp_path / "whole", tmp_path / "broken"
+    assert main(["reproduce", *args, "--out", str(whole)]) == 0
+    table = capsys.readouterr().out
+    assert main(["reproduce", *args, "--out", str(broken)]) == 0
+    shutil.rmtree(broken / "controls" / "frozen")
+    for left in ("summary.json", "ceiling.json", "checkpoint.npz"):
+        (broken / "controls" / "fixed" / left).unlink()
+    (broken / "controls" / "frozen").mkdir()
+    capsys.readouterr()
+    assert main(["resume", str(broken)]) == 0
+    assert capsys.readouterr().out == table
+    for name in ("random", "fixed", "frozen"):
+        part = Path("controls", name, "frames", "part-00000.parquet")
+        assert (whole / part).read_bytes() == (broken / part).read_bytes()

@@ -19,8 +19,13 @@ __all__ = ["run_with_progress"]
 _REFRESH_S = 0.2
 
 
-def run_with_progress(experiment: Experiment, folder: Path) -> None:
+def run_with_progress(experiment: Experiment, folder: Path, whole: Path | None = None) -> None:
     """Run it into `folder`, as `prepare_folder` made it, and show how far it is.
+
+    Args:
+        experiment: what to run.
+        folder: the run folder.
+        whole: the folder to name for going on, where this run is part of a greater whole.
 
     Raises:
         KeyboardInterrupt: on Ctrl-C, once the frame under way, the parts and a checkpoint are written.
@@ -58,7 +63,7 @@ def run_with_progress(experiment: Experiment, folder: Path) -> None:
         for number, handler in before.items():
             signal.signal(number, handler)
     if not ended:
-        command = f"somatopy resume {shlex.quote(str(folder))}"
+        command = f"somatopy resume {shlex.quote(str(whole or folder))}"
         print(f"Interrupted after {experiment.done} frames. Go on with: {command}", file=sys.stderr)
         raise KeyboardInterrupt
 

@@ -10,11 +10,13 @@ import tyro
 from somatopy.api import finish, reopen
 from somatopy.cli.options import OnRun
 from somatopy.cli.progress import run_with_progress
+from somatopy.cli.reproduce import CONTROLS_FOLDER, complete
 from somatopy.cli.run import result
 
 __all__ = ["main"]
 
 TEXT = """Continue an interrupted or killed run from its last checkpoint, bit for bit as if nothing had happened.
+What `reproduce` began is brought to its end: controls, figures and report included.
 
 example: somatopy resume runs/20141013-120000_paper_seed0
 """
@@ -26,5 +28,8 @@ def main(args: Sequence[str]) -> int:
     experiment = reopen(options.run)
     run_with_progress(experiment, options.run)
     finish(experiment, options.run)
-    print(json.dumps(result(options.run)) if options.json else options.run)
+    if (options.run / CONTROLS_FOLDER).is_dir():
+        complete(options.run, options.json)
+    else:
+        print(json.dumps(result(options.run)) if options.json else options.run)
     return 0

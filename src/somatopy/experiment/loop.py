@@ -23,6 +23,7 @@ from somatopy.experiment.build import (
     stream,
 )
 from somatopy.experiment.checkpoint import FILE, locked, read_checkpoint, write_checkpoint
+from somatopy.experiment.damage import Damage
 from somatopy.experiment.description import Description, DescriptionError, Fiducial, OwnLearner
 from somatopy.experiment.recorder import PART_FRAMES, Recorder, write_json
 from somatopy.learners import HebbianLearner, Learner
@@ -168,6 +169,11 @@ class Experiment:
             return build_learner(self.description, body, name)
         image = body.camera.width, body.camera.height
         return self._own_learner(limits(body.arm), limits(body.head), image, stream(self.description.seed, name))
+
+    @property
+    def damage(self) -> Damage:
+        """The damage of the last phase that the experiment has reached."""
+        return [damage for k, damage in enumerate(self._damages) if self._span(k)[0] <= self.done][-1]
 
     @property
     def parts(self) -> int:
