@@ -70,6 +70,22 @@ def count(browser: Any, plot: str, marks: str) -> int:
     return found
 
 
+def press(browser: Any, plot: str, control: str, index: int) -> None:
+    """Click a control of a plot, again where the page was still moving as other plots were drawn."""
+    from selenium.common.exceptions import ElementClickInterceptedException, StaleElementReferenceException
+    from selenium.webdriver.common.by import By
+    from selenium.webdriver.support.ui import WebDriverWait
+
+    def pressed(driver: Any) -> bool:
+        element = driver.find_element(By.ID, f"plot-{plot}").find_elements(By.CSS_SELECTOR, control)[index]
+        driver.execute_script("arguments[0].scrollIntoView({block: 'center', behavior: 'instant'})", element)
+        element.click()
+        return True
+
+    moving = (ElementClickInterceptedException, StaleElementReferenceException, IndexError)
+    WebDriverWait(browser, 10, ignored_exceptions=moving).until(pressed)
+
+
 def requests(browser: Any) -> set[str]:
     """Addresses that the page asked for, but for data that it carries itself; the browser's own pages aside."""
     messages = [json.loads(entry["message"])["message"] for entry in browser.get_log("performance")]
@@ -127,12 +143,9 @@ def test_maps_are_drawn_in_either_space(opened: Any) -> None:
 
 def test_legends_hide_and_show(opened: Any) -> None:
     """A click on a name takes its line away."""
-    from selenium.webdriver.common.by import By
     from selenium.webdriver.support.ui import WebDriverWait
 
-    plot = opened.find_element(By.ID, "plot-efficiency")
-    opened.execute_script("arguments[0].scrollIntoView({block: 'center', behavior: 'instant'})", plot)
-    plot.find_elements(By.CSS_SELECTOR, ".legendtoggle")[0].click()
+    press(opened, "efficiency", ".legendtoggle", 0)
     WebDriverWait(opened, 5).until(lambda driver: count(driver, "efficiency", ".scatterlayer .trace") == 4)
 
 
@@ -142,10 +155,9 @@ def test_the_list_of_joints_changes_the_misses(opened: Any) -> None:
     from selenium.webdriver.support.ui import WebDriverWait
 
     plot = opened.find_element(By.ID, "plot-misses")
-    opened.execute_script("arguments[0].scrollIntoView({block: 'center', behavior: 'instant'})", plot)
     assert "ElbowRoll (°)" not in plot.text
-    plot.find_element(By.CSS_SELECTOR, ".updatemenu-header").click()
-    plot.find_elements(By.CSS_SELECTOR, ".updatemenu-dropdown-button")[-1].click()
+    press(opened, "misses", ".updatemenu-header", 0)
+    press(opened, "misses", ".updatemenu-dropdown-button", -1)
     WebDriverWait(opened, 5).until(lambda _: "ElbowRoll (°)" in plot.text and "ElbowYaw (°)" in plot.text)
     assert count(opened, "misses", ".heatmaplayer image") == 2
 
