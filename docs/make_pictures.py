@@ -61,8 +61,8 @@ def main() -> None:
     inside = cv2.resize(best, (720, 540), interpolation=cv2.INTER_CUBIC)
     gap = np.full((540, GAP, 3), 255, np.uint8)
     cv2.imwrite(str(args.out / "robot.png"), np.hstack([outside, gap, inside])[..., ::-1])
-    for figure in sorted((args.run / "figures").glob("*.png")):
-        shutil.copy2(figure, args.out)
+    for name in ("figure3", "figure4", "figure5", "efficiency", "filmstrip"):
+        shutil.copy2(args.run / "figures" / f"{name}.png", args.out)
 
 
 if __name__ == "__main__":

@@ -206,3 +206,10 @@ def test_help_exits_with_0_and_shows_text_flags_and_dotted_keys(capsys: pytest.C
         for word in ("Test.", "--seed", "--damage-minutes", "--json", "--babbling.speed", "--phases.1.damage.offset"):
             assert word in out
         assert ("--learner.head " in out) == ("fixed" in args) != ("--learner.arm-map.shape" in out)
+
+
+@pytest.mark.parametrize("value", [True, False])
+def test_a_dotted_truth_value_is_written_out(value: bool) -> None:
+    """Like every other field, and without changing what --json means."""
+    options = parse(["--eye.skip", str(value), "--json"], paper(), "program", "text")
+    assert options.description.eye.skip is value and options.json

@@ -52,7 +52,9 @@ class Flags:
 class Options(Flags):
     """Flags, and the description that they and the dotted overrides lead to."""
 
-    description: Annotated[Description, tyro.conf.arg(name="")] = field(default_factory=Description)
+    description: Annotated[Description, tyro.conf.FlagConversionOff, tyro.conf.arg(name="")] = field(
+        default_factory=Description
+    )
 
 
 def parse(args: Sequence[str], description: Description, program: str, text: str) -> Options:
