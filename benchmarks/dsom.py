@@ -39,25 +39,20 @@ def bound(codes: Floats, samples: Floats) -> None:
             d[i] += gain * d3
 
 
-def published_rule(start: Floats, shape: tuple[int, int], rate: float, elasticity: float) -> Run:
-    """Equations 1 and 2 with the array operations of the authors' program: the lattice anew each time, axis by axis."""
+def plain_rule(start: Floats, shape: tuple[int, int], rate: float, elasticity: float) -> Run:
+    """Equations 1 and 2 in NumPy as one reads them: an expression a symbol, nothing computed beforehand."""
     codes, farthest = start.copy().reshape(*shape, -1), 0.0
 
-    def gaussian(winner: tuple[np.intp, ...], width: float) -> Floats:
-        axes = zip(np.indices(shape, dtype=float), winner, shape, strict=True)
-        distance = np.sqrt(sum(((axis - at) / max(n - 1, 1)) ** 2 for axis, at, n in axes)) / sqrt(len(shape))
-        return np.nan_to_num(np.exp(-(distance**2) / width**2))
-
     def learn(samples: Floats) -> None:
-        nonlocal farthest
+        nonlocal codes, farthest
         for v in samples:
-            squared = ((codes - v) ** 2).sum(axis=-1)
-            winner = np.unravel_index(squared.argmin(), shape)
-            farthest = max(farthest, squared.max())
-            distance = np.sqrt(squared / farthest)
-            h, delta = gaussian(winner, elasticity * distance[winner]), codes - v
-            for k in range(len(v)):
-                codes[..., k] -= rate * distance * h * delta[..., k]
+            distance = np.linalg.norm(v - codes, axis=-1)
+            farthest = max(farthest, float(distance.max()))
+            omega = distance / farthest
+            s = np.unravel_index(distance.argmin(), shape)
+            p = np.stack(np.meshgrid(*(np.linspace(0, 1, n) for n in shape), indexing="ij"), axis=-1) / sqrt(len(shape))
+            h = np.exp(-((p - p[s]) ** 2).sum(axis=-1) / (elasticity * omega[s]) ** 2)
+            codes = codes + rate * (omega * h)[..., None] * (v - codes)
 
     return learn
 
@@ -110,7 +105,7 @@ def contestants(shape: tuple[int, int], dims: int, inputs: Floats) -> dict[str, 
         "DSOM.partial_fit": (dsom.partial_fit, 20_000),
         "DSOM.learn_one": (calls(dsom.learn_one), 5_000),
         "DSOM.winner": (calls(dsom.winner), 5_000),
-        "NumPy, published": (published_rule(dsom.codebook_, shape, 0.1, 0.1), 500),
+        "NumPy, plain": (plain_rule(dsom.codebook_, shape, 0.1, 0.1), 500),
         "NumPy, tuned": (tuned_rule(dsom.codebook_, shape, 0.1, 0.1), 500),
     }
     if (som := minisom_step(shape, dims)) is not None:
