@@ -12,7 +12,7 @@ from importlib.metadata import version
 __all__ = ["main"]
 
 VERBS = {
-    "reproduce": "run the paper's experiment, print its table beside the paper's, draw its Figure 3",
+    "reproduce": "the paper from end to end: run, ceiling, controls, table, figures, report",
     "run": "run a preset or a description file",
     "resume": "continue a run after Ctrl-C or a kill, bit for bit",
     "report": "draw a run's figures and write its page, or one page that compares several runs",
