@@ -24,13 +24,12 @@ class FiducialEye:
             conservative (see `frustum`): the answers are the same with it and without.
 
     Example:
-        >>> from somatopy.bodies import MujocoBody
-        >>> body = MujocoBody("nao", motion="kinematic", arm_speed=None)
-        >>> reading = body.reset()
-        >>> for _ in range(20):
-        ...     reading = body.step(arm=[0.4, 0.0, -1.0, -0.9], head=[0.15, 0.0])
-        >>> FiducialEye(body.camera, body.marker).look(reading) is not None  # doctest: +SKIP
-        True
+        >>> dictionary = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50)
+        >>> picture = np.full((240, 320, 3), 255, np.uint8)
+        >>> picture[90:150, 130:190] = cv2.aruco.generateImageMarker(dictionary, 2, 60)[..., None]
+        >>> eye = FiducialEye(Camera("eye", 320, 240, fovy=0.83), Marker())
+        >>> list(eye.detect(picture))
+        [2]
     """
 
     def __init__(self, camera: Camera, marker: Marker, skip: bool = True) -> None:
