@@ -64,7 +64,9 @@ def _bounds(run: Run, limits: Sequence[float | None]) -> list[Standing]:
 def _standing(name: str, summary: Mapping[str, Any], limits: Sequence[float | None]) -> Standing:
     rates = tuple(phase["rate"] for phase in summary["phases"])
     padded = [*limits, *[None] * len(rates)]
-    shares = tuple(rate / limit if rate is not None and limit else None for rate, limit in zip(rates, padded))  # noqa: B905
+    shares = tuple(
+        rate / limit if rate is not None and limit else None for rate, limit in zip(rates, padded, strict=False)
+    )
     return Standing(name, summary["eye"], rates, shares, summary)
 
 
