@@ -1,6 +1,9 @@
 """Self-organising maps that learn one input at a time."""
 
-from somatopy.maps.base import Map
+from somatopy.maps.base import Map, Topology
 from somatopy.maps.dsom import DSOM
+from somatopy.maps.lattice import Lattice
+from somatopy.maps.som import SOM
+from somatopy.maps.storage import load_map
 
-__all__ = ["DSOM", "Map"]
+__all__ = ["DSOM", "SOM", "Lattice", "Map", "Topology", "load_map"]

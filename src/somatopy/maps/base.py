@@ -2,74 +2,101 @@
 
 from __future__ import annotations
 
+import os
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
-from typing import Any, Self
+from collections.abc import Iterator, Mapping
+from typing import Any, Protocol, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.distance import cdist
 from sklearn.base import BaseEstimator, ClassNamePrefixFeaturesOutMixin, TransformerMixin
+from sklearn.exceptions import NotFittedError
+from sklearn.metrics.pairwise import nan_euclidean_distances
 from sklearn.utils.validation import check_is_fitted, validate_data
 
-from somatopy.maps.kernels import LARGEST
+from somatopy.maps.kernels import LARGEST, LARGEST_SINGLE
 
-__all__ = ["Map", "as_sample", "refuse", "usable"]
+__all__ = ["Map", "Topology"]
 
+Array = NDArray[Any]
 Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+LIMITS = {"float64": LARGEST, "float32": LARGEST_SINGLE}
+MISSING = ("error", "ignore")
+CHUNK = 2**22  # distances worked on at a time
 
 
-def as_sample(x: ArrayLike) -> Floats:
-    """One input as an array of doubles.
+class Topology(Protocol):
+    """Which units are neighbours."""
 
-    Raises:
-        ValueError: if `x` is not a vector of numbers.
-    """
-    sample = np.asarray(x, dtype=np.float64)
-    if sample.ndim != 1 or sample.size == 0:
-        raise ValueError(f"an input must be one vector, shape (dims,); got shape {sample.shape}")
-    return sample
+    @property
+    def edges(self) -> Integers:
+        """Pairs of units that are joined, shape (edges, 2), the lower number first, each pair once."""
+        ...
 
+    def adjacent(self, a: ArrayLike, b: ArrayLike) -> NDArray[np.bool_]:
+        """Whether units a and b are neighbours."""
+        ...
 
-def usable(values: Floats) -> bool:
-    """Whether no value is NaN, infinite or so large that its square would be."""
-    return bool((np.abs(values) <= LARGEST).all())
-
-
-def refuse(samples: Floats) -> ValueError:
-    """The error for samples that hold a value no map can learn, naming the first such value."""
-    bad = np.argwhere(~(np.abs(samples) <= LARGEST))[0]
-    place = ", ".join(str(i) for i in bad)
-    return ValueError(
-        f"input[{place}] is {samples[tuple(bad)]}: inputs must be finite and at most {LARGEST:g} in size; "
-        "nothing has been learned from this call"
-    )
+    def distances(self, unit: int) -> Floats:
+        """Distance of every unit from one, within the map, shape (units,); infinite where nothing joins them."""
+        ...
 
 
 class Map(ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator, ABC):  # type: ignore[misc]
     """A self-organising map that learns one input at a time: arrays in, arrays out.
 
-    A concrete map gives the abstract methods; learning in batches, prediction and scikit-learn's conventions are
-    here. `learn_one` and `partial_fit` go through the same kernel and agree to the last bit.
+    A concrete map gives `_start` and `_step`; a map with compiled kernels overrides what it can do faster. Everything
+    that learning changes is an array in the dictionary `_learned`, so that any map can be saved and continued. Beside
+    its own parameters a map has these:
+
+    Args:
+        dtype: precision of codes and computation, "float64" or "float32".
+        missing: what to do where an input has NaN: "error" refuses it; "ignore" learns from, and compares, the
+            coordinates that were observed (distances are scaled up to all dimensions, as in
+            `sklearn.metrics.pairwise.nan_euclidean_distances`).
+        random_state: seed or NumPy Generator of the start codes.
 
     Attributes:
         codebook_: the codes, shape (units, dims); a copy.
+        topology_: which units are neighbours; a `Topology`.
+        samples_seen_: inputs learned so far.
         n_features_in_: dims, once the map has been initialised.
     """
 
+    dtype: str
+    missing: str
+    random_state: int | np.random.Generator | None
     n_features_in_: int
+    _learned: dict[str, Array]
+
+    # What a concrete map gives
+
+    @abstractmethod
+    def _start(self, dims: int, rng: np.random.Generator) -> dict[str, Array]:
+        """The state before the first input: "codebook" (units, dims), and all else that learning changes.
+
+        Raises:
+            ValueError: if a parameter of the map is not valid, or does not fit `dims`.
+        """
+
+    @abstractmethod
+    def _step(self, x: Array) -> int:
+        """Learn one usable input (dims,) by changing `self._learned`; return its winner before the update."""
 
     @property
-    @abstractmethod
-    def codebook_(self) -> Floats:
-        """The codes, shape (units, dims); a copy."""
+    def topology_(self) -> Topology:
+        """Which units are neighbours.
 
-    def code(self, unit: int) -> Floats:
-        """The code of one unit, shape (dims,); a copy."""
-        code: Floats = self.codebook_[unit]
-        return code
+        Raises:
+            AttributeError: if the map has no such thing.
+        """
+        raise AttributeError(f"a {type(self).__name__} has no topology: none of its units are neighbours")
 
-    @abstractmethod
+    # Learning
+
     def initialise(self, dims: int) -> Self:
         """Start anew: check the parameters, set the first codes, forget what was learned. Drawn codes are drawn here.
 
@@ -78,46 +105,25 @@ class Map(ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator, ABC)
         Raises:
             ValueError: if a parameter is not valid, or does not fit `dims`.
         """
+        if dims < 1:
+            raise ValueError(f"dims must be at least 1; got {dims!r}")
+        self._adopt(self._template(dims, np.random.default_rng(self.random_state)))
+        self.n_features_in_ = dims
+        return self
 
-    @abstractmethod
     def learn_one(self, x: ArrayLike) -> int:
         """Learn one input (dims,) and return its winner: the nearest unit before the update.
 
         Raises:
             ValueError: if the length is wrong or a value is not finite; then nothing has changed.
         """
-
-    @abstractmethod
-    def winner(self, x: ArrayLike) -> tuple[int, float]:
-        """The unit nearest to `x` (the first of equals) and its Euclidean distance. Changes nothing.
-
-        Raises:
-            sklearn.exceptions.NotFittedError: before `initialise` or the first input; a ValueError.
-            ValueError: if the length is wrong or a value is not finite.
-        """
-
-    @abstractmethod
-    def state(self) -> dict[str, NDArray[Any]]:
-        """All that learning has changed, as arrays (copies)."""
-
-    @abstractmethod
-    def restore(self, state: Mapping[str, ArrayLike]) -> None:
-        """Take over the state of a map of the same parameters; learning then goes on bit for bit.
-
-        Raises:
-            ValueError: if arrays are missing or do not fit this map.
-        """
-
-    @abstractmethod
-    def _learn(self, samples: Floats) -> None:
-        """Learn usable samples (n, dims) in their order."""
-
-    @abstractmethod
-    def _winners(self, samples: Floats) -> NDArray[np.int64]:
-        """The winner of each usable sample (n, dims)."""
+        sample = self._sample(x)
+        if not self.__sklearn_is_fitted__():
+            self.initialise(sample.size)
+        return self._learn(sample[None])
 
     def partial_fit(self, X: ArrayLike, y: object = None) -> Self:
-        """Learn the rows of X (n, dims) in their order, from where learning stands.
+        """Learn the rows of X (n, dims) in their order, from where learning stands: no schedule starts again.
 
         Raises:
             ValueError: if X has not two axes and `n_features_in_` columns, or holds NaN or infinities; then nothing
@@ -141,7 +147,51 @@ class Map(ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator, ABC)
         self._learn(samples)
         return self
 
-    def predict(self, X: ArrayLike) -> NDArray[np.int64]:
+    # Looking
+
+    @property
+    def codebook_(self) -> Array:
+        """The codes, shape (units, dims); a copy."""
+        check_is_fitted(self)
+        return self._codes().copy()
+
+    @property
+    def samples_seen_(self) -> int:
+        """Inputs learned so far."""
+        check_is_fitted(self)
+        return int(self._arrays()["samples_seen"])
+
+    def code(self, unit: int) -> Array:
+        """The code of one unit, shape (dims,); a copy."""
+        check_is_fitted(self)
+        code: Array = self._codes()[unit].copy()
+        return code
+
+    def winner(self, x: ArrayLike) -> tuple[int, float]:
+        """The unit nearest to `x` (the first of equals) and its Euclidean distance. Changes nothing.
+
+        Raises:
+            sklearn.exceptions.NotFittedError: before `initialise` or the first input; a ValueError.
+            ValueError: if the length is wrong or a value is not finite.
+        """
+        units, distances = self.winners(x, 1)
+        return int(units[0]), float(distances[0])
+
+    def winners(self, x: ArrayLike, k: int = 2) -> tuple[Integers, Floats]:
+        """The k units nearest to `x`, the nearest first, and their Euclidean distances, both of shape (k,).
+
+        Raises:
+            sklearn.exceptions.NotFittedError: before `initialise` or the first input; a ValueError.
+            ValueError: if the length is wrong, a value is not finite, or the map has fewer than k units.
+        """
+        check_is_fitted(self)
+        distances = self._distances(self._sample(x)[None])[0]
+        if not (isinstance(k, (int, np.integer)) and 1 <= k <= distances.size):
+            raise ValueError(f"k must be a whole number from 1 to {distances.size}, the units of this map; got {k!r}")
+        units = np.argsort(distances, kind="stable")[:k]
+        return units, distances[units]
+
+    def predict(self, X: ArrayLike) -> Integers:
         """The winner of each row of X (n, dims), shape (n,). Changes nothing."""
         check_is_fitted(self)
         return self._winners(self._validated(X, reset=False))
@@ -149,18 +199,182 @@ class Map(ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator, ABC)
     def transform(self, X: ArrayLike) -> Floats:
         """Euclidean distance of each row of X (n, dims) to each unit, shape (n, units). Changes nothing."""
         check_is_fitted(self)
-        distances: Floats = cdist(self._validated(X, reset=False), self.codebook_)
+        return self._distances(self._validated(X, reset=False))
+
+    def transform_chunks(self, X: ArrayLike) -> Iterator[Floats]:
+        """What `transform` gives, some rows at a time, so that memory does not grow with X."""
+        check_is_fitted(self)
+        samples = self._validated(X, reset=False)
+        rows = max(1, CHUNK // len(self._codes()))
+        for start in range(0, len(samples), rows):
+            yield self._distances(samples[start : start + rows])
+
+    # Keeping
+
+    def state(self) -> dict[str, Array]:
+        """All that learning has changed, as arrays (copies)."""
+        check_is_fitted(self)
+        return {name: value.copy() for name, value in self._arrays().items()}
+
+    def restore(self, state: Mapping[str, ArrayLike]) -> None:
+        """Take over the state of a map of the same parameters; learning then goes on bit for bit.
+
+        Raises:
+            ValueError: if arrays are missing or do not fit this map; then nothing has changed.
+        """
+        codebook = np.asarray(state.get("codebook", 0.0))
+        if codebook.ndim != 2 or codebook.shape[1] < 1:
+            raise ValueError(f"a state needs a codebook of shape (units, dims); this one has {sorted(state)}")
+        expected = self._template(codebook.shape[1], np.random.default_rng(0))
+        if wrong := set(expected) ^ set(state):
+            raise ValueError(
+                f"the state of a {type(self).__name__} has {sorted(expected)}; {sorted(wrong)} are missing or unknown"
+            )
+        arrays = {name: np.array(state[name], dtype=like.dtype) for name, like in expected.items()}
+        for name, values in arrays.items():
+            if not np.isfinite(values).all():
+                raise ValueError(f"the restored {name} must be finite; it holds a value that is not")
+        self._check_state(arrays, expected)
+        self._adopt(arrays)
+        self.n_features_in_ = codebook.shape[1]
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the map to one .npz file: parameters as JSON, all that was learned as arrays, nothing pickled.
+
+        `load_map` reads it; learning then goes on bit for bit.
+
+        Raises:
+            ValueError: if a parameter is of a kind that JSON has no word for.
+        """
+        from somatopy.maps.storage import save_map
+
+        save_map(self, path)
+
+    # What the maps share. A map with a layout of its own overrides `_adopt`, `_arrays` and `_codes`, and what it can
+    # do faster
+
+    def _template(self, dims: int, rng: np.random.Generator) -> dict[str, Array]:
+        """What `_start` gives, in the map's precision, with the number of inputs."""
+        precision, _ = self._checked()
+        arrays = self._start(dims, rng)
+        codebook = np.array(arrays["codebook"], dtype=precision)
+        return {**arrays, "codebook": codebook, "samples_seen": np.array(0)}
+
+    def _checked(self) -> tuple[str, bool]:
+        """The precision, and whether values may be missing, once both parameters are known to be valid."""
+        try:
+            precision = np.dtype(self.dtype).name
+        except TypeError:
+            precision = ""
+        if precision not in LIMITS:
+            raise ValueError(f"unknown dtype {self.dtype!r}; valid: {list(LIMITS)}")
+        if self.missing not in MISSING:
+            raise ValueError(f"unknown missing {self.missing!r}; valid: {list(MISSING)}")
+        return precision, self.missing == "ignore"
+
+    def _check_state(self, arrays: dict[str, Array], expected: dict[str, Array]) -> None:
+        """Refuse arrays that do not fit; `expected` is the state of a map that has learned nothing."""
+        for name, values in arrays.items():
+            if values.shape != expected[name].shape:
+                raise ValueError(
+                    f"the restored {name} must have shape {expected[name].shape} for this map; got {values.shape}"
+                )
+
+    def _adopt(self, arrays: dict[str, Array]) -> None:
+        """Make these arrays what the map has learned."""
+        self._learned = arrays
+
+    def _arrays(self) -> dict[str, Array]:
+        """All that learning has changed, perhaps not copies."""
+        return self._learned
+
+    def _codes(self) -> Array:
+        """The codes (units, dims), perhaps not a copy."""
+        return self._learned["codebook"]
+
+    def _learn(self, samples: Array) -> int:
+        """Learn usable samples (n, dims) in their order; return the last winner before its update."""
+        unit = -1
+        for sample in samples:
+            unit = self._step(sample)
+            self._learned["samples_seen"] += 1
+        return unit
+
+    def _winners(self, samples: Array) -> Integers:
+        """The winner of each usable sample (n, dims)."""
+        rows = max(1, CHUNK // max(len(self._codes()), 1))
+        found = [self._distances(samples[t : t + rows]).argmin(axis=1) for t in range(0, len(samples), rows)]
+        return np.concatenate(found)
+
+    def _distances(self, samples: Array) -> Floats:
+        """Euclidean distances of usable samples (n, dims) to the units, shape (n, units)."""
+        codes = self._codes()
+        if not len(codes):
+            raise NotFittedError(f"this {type(self).__name__} has no units yet; let it learn an input first")
+        if np.isnan(samples).any():
+            gaps: Floats = nan_euclidean_distances(samples.astype(np.float64), codes.astype(np.float64))
+            return gaps
+        distances: Floats = cdist(samples, codes)
         return distances
 
-    def _validated(self, X: ArrayLike, *, reset: bool) -> Floats:
-        samples: Floats = validate_data(self, X, reset=reset, dtype=np.float64)
-        if not usable(samples):
-            raise refuse(samples)
+    def _sample(self, x: ArrayLike) -> Array:
+        """One usable input (dims,), a copy in the map's precision."""
+        sample = np.array(x, dtype=self._precision())
+        if self.__sklearn_is_fitted__() and sample.shape != (self.n_features_in_,):
+            raise self._wrong_length(sample)
+        if sample.ndim != 1 or sample.size == 0:
+            raise ValueError(f"an input must be one vector, shape (dims,); got shape {sample.shape}")
+        if self._unusable(sample[None]).any():
+            raise self._refusal(sample)
+        return sample
+
+    def _validated(self, X: ArrayLike, *, reset: bool) -> Array:
+        """Usable inputs (n, dims) in the map's precision."""
+        finite = "allow-nan" if self.missing == "ignore" else True
+        dtype = self._checked()[0] if reset else self._precision()
+        samples: Array = validate_data(self, X, reset=reset, dtype=dtype, ensure_all_finite=finite)
+        if self._unusable(samples).any():
+            raise self._refusal(samples)
         return samples
+
+    def _precision(self) -> str:
+        """The precision of the codes; before there are any, the one that they will have."""
+        return str(self._codes().dtype) if self.__sklearn_is_fitted__() else self._checked()[0]
+
+    def _unusable(self, samples: Array) -> NDArray[np.bool_]:
+        """Which values of the samples (..., dims) keep them from being learned."""
+        unusable: NDArray[np.bool_] = ~(np.abs(samples) <= LIMITS[samples.dtype.name])
+        if self.missing == "ignore":
+            absent = np.isnan(samples)
+            unusable &= ~absent | absent.all(axis=-1, keepdims=True)
+        return unusable
+
+    def _refusal(self, samples: Array) -> ValueError:
+        """The error for samples that are not usable, naming the first value that is not."""
+        place = tuple(np.argwhere(self._unusable(samples))[0])
+        if self.missing == "ignore":
+            rule = "finite or NaN, at least one of an input finite"
+        else:
+            rule = 'finite (missing="ignore" allows NaN)'
+        return ValueError(
+            f"input[{', '.join(map(str, place))}] is {samples[place]}: values must be {rule}, and at most "
+            f"{LIMITS[samples.dtype.name]:g} in size; nothing has been learned from this call"
+        )
+
+    def _wrong_length(self, sample: Array) -> ValueError:
+        return ValueError(
+            f"this map learns inputs of shape ({self.n_features_in_},); got shape {sample.shape}. "
+            "Call initialise(dims) to start anew with another length"
+        )
 
     @property
     def _n_features_out(self) -> int:
-        return len(self.codebook_)
+        return len(self._codes())
 
-    @abstractmethod
-    def __sklearn_is_fitted__(self) -> bool: ...
+    def __sklearn_is_fitted__(self) -> bool:
+        return hasattr(self, "_learned")
+
+    def __sklearn_tags__(self) -> Any:
+        tags = super().__sklearn_tags__()
+        tags.input_tags.allow_nan = getattr(self, "missing", "error") == "ignore"
+        return tags

@@ -1,0 +1,175 @@
+"""Codebooks laid out for the kernels, and the maps that keep theirs so."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from sklearn.utils.validation import check_is_fitted
+
+from somatopy.maps.base import Map
+from somatopy.maps.kernels import LANES, nearest, padded_dims, winners
+from somatopy.maps.lattice import Lattice, check_shape
+
+__all__ = ["LatticeMap", "Sheet", "SheetMap"]
+
+Array = NDArray[Any]
+
+
+@dataclass
+class Sheet:
+    """The codes of a map in the kernels' layout, with scratch space and the slot of one input.
+
+    Attributes:
+        codes: shape (padded dims, rows, lanes); see `kernels`.
+        columns: units in a row; lanes beyond them are copies of the last.
+        dims: dimensions of the inputs.
+        work: scratch of the kernels, shape (rows * lanes,).
+        slot: room for one input, shape (1, padded dims).
+    """
+
+    codes: Array
+    columns: int
+    dims: int
+    work: Array = field(repr=False)
+    slot: Array = field(repr=False)
+
+    @classmethod
+    def of(cls, codebook: Array, columns: int) -> Sheet:
+        """Lay out a codebook (units, dims) in rows of `columns` units."""
+        units, dims = codebook.shape
+        rows, lanes = units // columns, -(-columns // LANES) * LANES
+        codes = np.zeros((padded_dims(dims), rows, lanes), dtype=codebook.dtype)
+        codes[:dims, :, :columns] = codebook.T.reshape(dims, rows, columns)
+        codes[:, :, columns:] = codes[:, :, columns - 1 : columns]
+        work, slot = np.empty(rows * lanes, codebook.dtype), np.zeros((1, len(codes)), codebook.dtype)
+        return cls(codes, columns, dims, work, slot)
+
+    @property
+    def codebook(self) -> Array:
+        """A copy of the codes, shape (units, dims)."""
+        return np.ascontiguousarray(self.codes[: self.dims, :, : self.columns].reshape(self.dims, -1).T)
+
+    def code(self, unit: int) -> Array:
+        """A copy of one unit's code, shape (dims,)."""
+        row, column = divmod(unit, self.columns)
+        return self.codes[: self.dims, row, column].copy()
+
+    def padded(self, samples: Array) -> Array:
+        """A copy of the samples (n, dims) with the kernels' number of dimensions."""
+        out = np.zeros((len(samples), len(self.codes)), self.codes.dtype)
+        out[:, : self.dims] = samples
+        return out
+
+
+class SheetMap(Map):
+    """A map of as many units for ever, whose compiled kernels work on a `Sheet`.
+
+    A concrete map gives `_start`, `_columns` and `_run`, and names in `COUNTERS` what its kernel remembers between
+    inputs; these numbers are `self._memory`, in that order.
+    """
+
+    COUNTERS: ClassVar[tuple[str, ...]] = ("samples_seen",)
+    _sheet: Sheet
+    _memory: NDArray[np.float64]
+
+    @abstractmethod
+    def _columns(self, units: int) -> int:
+        """Units in a row of the sheet."""
+
+    @abstractmethod
+    def _run(self, samples: Array) -> int:
+        """Let the kernel learn samples (n, padded dims): the last winner, or -1 and nothing, if any is not usable."""
+
+    def learn_one(self, x: ArrayLike) -> int:
+        """Learn one input (dims,) and return its winner; see `Map.learn_one`."""
+        if "_sheet" not in self.__dict__:
+            return super().learn_one(x)
+        unit = self._run(self._slotted(x))
+        if unit < 0:
+            raise self._refusal(self._sheet.slot[0, : self._sheet.dims])
+        return unit
+
+    def winner(self, x: ArrayLike) -> tuple[int, float]:
+        """The unit nearest to `x` and its Euclidean distance; see `Map.winner`."""
+        sheet = self.__dict__.get("_sheet") or check_is_fitted(self)
+        slot = self._slotted(x)
+        unit, distance = nearest(sheet.codes, sheet.columns, sheet.dims, self.missing == "ignore", sheet.work, slot)
+        if unit < 0:
+            raise self._refusal(slot[0, : sheet.dims])
+        return unit, distance
+
+    def code(self, unit: int) -> Array:
+        """The code of one unit, shape (dims,), without copying all others; see `Map.code`."""
+        check_is_fitted(self)
+        return self._sheet.code(unit)
+
+    def _slotted(self, x: ArrayLike) -> Array:
+        sheet = self._sheet
+        sample = np.asarray(x, dtype=sheet.codes.dtype)
+        if sample.shape != (sheet.dims,):
+            raise self._wrong_length(sample)
+        sheet.slot[0, : sheet.dims] = sample
+        return sheet.slot
+
+    def _step(self, x: Array) -> int:
+        return self._learn(x[None])
+
+    def _learn(self, samples: Array) -> int:
+        return self._run(self._sheet.padded(samples))
+
+    def _winners(self, samples: Array) -> NDArray[np.int64]:
+        sheet, out = self._sheet, np.empty(len(samples), dtype=np.int64)
+        work = np.empty_like(sheet.work)
+        winners(sheet.codes, sheet.columns, sheet.dims, work, sheet.padded(samples), out)
+        return out
+
+    def _adopt(self, arrays: dict[str, Array]) -> None:
+        codebook = arrays["codebook"]
+        memory = np.array([float(arrays[name]) for name in self.COUNTERS])
+        self._sheet, self._memory = Sheet.of(codebook, self._columns(len(codebook))), memory
+
+    def _arrays(self) -> dict[str, Array]:
+        counters = {name: np.array(value) for name, value in zip(self.COUNTERS, self._memory, strict=True)}
+        return {"codebook": self._codes(), **counters, "samples_seen": counters["samples_seen"].astype(np.int64)}
+
+    def _check_state(self, arrays: dict[str, Array], expected: dict[str, Array]) -> None:
+        super()._check_state(arrays, expected)
+        if negative := {name: arrays[name] for name in self.COUNTERS if arrays[name] < 0}:
+            raise ValueError(f"counters of a {type(self).__name__} are numbers from 0 up; got {negative}")
+
+    def _codes(self) -> Array:
+        return self._sheet.codebook
+
+    def __sklearn_is_fitted__(self) -> bool:
+        return hasattr(self, "_sheet")
+
+
+class LatticeMap(SheetMap):
+    """A map whose units lie on a lattice. It has the parameters `shape`, `lattice` and `periodic` of `Lattice`."""
+
+    shape: Sequence[int]
+    lattice: str
+    periodic: bool
+    _lattice: Lattice
+    _geometry: NDArray[np.float64]
+
+    @property
+    def topology_(self) -> Lattice:
+        """The lattice."""
+        return Lattice(check_shape(self.shape), self.lattice, self.periodic)
+
+    def _columns(self, units: int) -> int:
+        return int(self._geometry[-1, 0])
+
+    def _adopt(self, arrays: dict[str, Array]) -> None:
+        self._geometry = self._measured(self.topology_)
+        super()._adopt(arrays)
+
+    def _measured(self, lattice: Lattice) -> NDArray[np.float64]:
+        """The lattice as the kernel has to measure it."""
+        return lattice.geometry()

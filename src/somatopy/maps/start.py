@@ -1,0 +1,84 @@
+"""Parameters that several maps have: start codes, and what fades while a map learns."""
+
+from __future__ import annotations
+
+from math import isfinite
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+__all__ = ["check_number", "fading", "start_codes"]
+
+Floats = NDArray[np.float64]
+
+
+def start_codes(init: ArrayLike, bounds: ArrayLike, units: int, dims: int, rng: np.random.Generator) -> Floats:
+    """The first codes, shape (units, dims).
+
+    Args:
+        init: "uniform" draws them within `bounds`; an array (units, dims) gives them.
+        bounds: range (low, high) for all dimensions, or one pair for each, shape (dims, 2).
+        units: how many.
+        dims: dimensions of the inputs.
+        rng: draws them.
+
+    Raises:
+        ValueError: if init or bounds do not fit, or are not finite.
+    """
+    if isinstance(init, str):
+        if init != "uniform":
+            raise ValueError(f"init must be 'uniform' or an array (units, dims); got {init!r}")
+        low, high = _ranges(bounds, dims)
+        return rng.uniform(low, high, (units, dims))
+    codes = np.array(init, dtype=np.float64)
+    if codes.shape != (units, dims):
+        raise ValueError(f"init must have shape (units, dims), {(units, dims)} here; got {codes.shape}")
+    if not np.isfinite(codes).all():
+        raise ValueError("init must be finite; it holds a value that is not")
+    return codes
+
+
+def _ranges(bounds: ArrayLike, dims: int) -> tuple[Floats, Floats]:
+    ranges = np.asarray(bounds, dtype=np.float64)
+    fits = ranges.shape in ((2,), (dims, 2)) and np.isfinite(ranges).all()
+    if not fits or not (ranges[..., 0] < ranges[..., 1]).all():
+        raise ValueError(
+            f"bounds must be finite (low, high) with low < high, or one such pair for each dimension, shape "
+            f"({dims}, 2); got {bounds!r}"
+        )
+    return ranges[..., 0], ranges[..., 1]
+
+
+def fading(name: str, value: Any, *, most: float = np.inf) -> tuple[float, float]:
+    """First and last value of a parameter that is one number, or a pair of which the second is reached at the horizon.
+
+    Raises:
+        ValueError: if it is neither, or a number is not over 0 and at most `most`.
+    """
+    try:
+        first, last = value if np.ndim(value) else (value, value)
+        fits = all(0 < number <= most and isfinite(number) for number in (first, last))
+    except (TypeError, ValueError):
+        fits = False
+    if not fits:
+        limit = "" if most == np.inf else f" and at most {most:g}"
+        raise ValueError(
+            f"{name} must be a finite number over 0{limit}, or a pair (first, last) of such; got {value!r}"
+        )
+    return float(first), float(last)
+
+
+def check_number(name: str, value: Any, *, over: float = 0.0, most: float = np.inf) -> None:
+    """Refuse what is not a finite number over `over` and at most `most`.
+
+    Raises:
+        ValueError: the message has the name, the value and the valid range.
+    """
+    try:
+        fits = over < value <= most and isfinite(value)
+    except TypeError:
+        fits = False
+    if not fits:
+        limit = "" if most == np.inf else f" and at most {most:g}"
+        raise ValueError(f"{name} must be a finite number over {over:g}{limit}; got {value!r}")
