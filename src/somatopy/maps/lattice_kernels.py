@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from somatopy._jit import jit
 from somatopy.maps.kernels import LANES, all_usable, greatest, nearest_lane, unit_at
+from somatopy.maps.start import NEGLIGIBLE, faded
 
 __all__ = ["DSOM_PRESETS", "learn_dsom", "learn_som"]
 
@@ -22,7 +23,6 @@ Integers = NDArray[np.int64]
 
 DSOM_PRESETS = ("rougier", "schillaci2016", "printed")
 ROUGIER, SCHILLACI = range(2)
-NEGLIGIBLE = 37.0  # exp(-37) is under 1e-16: what moves less than that does not move
 U = np.uint64
 
 
@@ -264,14 +264,6 @@ def learn_dsom(
             scale = elasticity * elasticity / memory[0]
             _pull_by_own_distance(codes, geometry, x, work, at, found, apart, tables, pace, scale)
     return unit_at(at, lanes, int(geometry[-1, 0]))
-
-
-@jit
-def faded(first: float, last: float, seen: float, horizon: float) -> float:
-    """What fades from `first` to `last` over `horizon` inputs, after `seen` of them; it stays at `last`."""
-    if first == last:
-        return first
-    return float(first * (last / first) ** min(seen / horizon, 1.0))
 
 
 @jit

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from somatopy.maps.lattice_kernels import learn_som
 from somatopy.maps.sheet import LatticeMap
-from somatopy.maps.start import check_number, fading, start_codes
+from somatopy.maps.start import fading_schedule, start_codes
 
 __all__ = ["SOM"]
 
@@ -83,11 +83,8 @@ class SOM(LatticeMap):
         return {"codebook": start_codes(self.init, self.bounds, self.topology_.units, dims, rng)}
 
     def _schedule(self) -> NDArray[np.float64]:
-        """First and last learning rate, first and last width, horizon."""
-        check_number("horizon", self.horizon)
         width = (max(max(self.shape) / 2, 0.5), 0.5) if self.width is None else self.width
-        rates = fading("learning_rate", self.learning_rate, most=1)
-        return np.array([*rates, *fading("width", width), self.horizon])
+        return fading_schedule(self.learning_rate, width, self.horizon)
 
     def _run(self, samples: NDArray[Any]) -> int:
         sheet = self._sheet

@@ -8,9 +8,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["check_number", "fading", "start_codes"]
+from somatopy._jit import jit
+
+__all__ = ["NEGLIGIBLE", "check_number", "check_units", "faded", "fading", "fading_schedule", "start_codes"]
 
 Floats = NDArray[np.float64]
+
+NEGLIGIBLE = 37.0  # exp(-37) is under 1e-16: what moves less than that does not move
 
 
 def start_codes(init: ArrayLike, bounds: ArrayLike, units: int, dims: int, rng: np.random.Generator) -> Floats:
@@ -82,3 +86,31 @@ def check_number(name: str, value: Any, *, over: float = 0.0, most: float = np.i
     if not fits:
         limit = "" if most == np.inf else f" and at most {most:g}"
         raise ValueError(f"{name} must be a finite number over {over:g}{limit}; got {value!r}")
+
+
+def check_units(name: str, value: Any, *, least: int = 1) -> None:
+    """Refuse what is not a whole number of units.
+
+    Raises:
+        ValueError: the message has the name, the value and the valid range.
+    """
+    if isinstance(value, bool) or not (isinstance(value, (int, np.integer)) and value >= least):
+        raise ValueError(f"{name} must be a whole number, at least {least}; got {value!r}")
+
+
+def fading_schedule(learning_rate: Any, width: Any, horizon: Any) -> Floats:
+    """First and last learning rate, first and last width, horizon, as the kernels take them.
+
+    Raises:
+        ValueError: if one is not valid.
+    """
+    check_number("horizon", horizon)
+    return np.array([*fading("learning_rate", learning_rate, most=1), *fading("width", width), horizon])
+
+
+@jit
+def faded(first: float, last: float, seen: float, horizon: float) -> float:
+    """What fades from `first` to `last` over `horizon` inputs, after `seen` of them; it stays at `last`."""
+    if first == last:
+        return first
+    return float(first * (last / first) ** min(seen / horizon, 1.0))
