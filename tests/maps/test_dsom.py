@@ -22,30 +22,55 @@ def positions(shape: tuple[int, ...]) -> Floats:
     return grid / np.sqrt(max(1, sum(n > 1 for n in shape)))
 
 
-def slow_dsom(codes: Floats, inputs: Floats, shape: tuple[int, ...], rate: float, elasticity: float) -> Floats:
+def slow_dsom(
+    codes: Floats, inputs: Floats, shape: tuple[int, ...], rate: float, elasticity: float, preset: str = "rougier"
+) -> Floats:
     """Equations 1 and 2, written down as they stand."""
-    codes, places, farthest = codes.copy(), positions(shape), 0.0
+    in_cells = preset == "schillaci2016"
+    places = np.argwhere(np.ones(shape)) if in_cells else positions(shape)
+    codes, farthest = codes.copy(), 0.0
     for v in inputs:
         distance = np.linalg.norm(v - codes, axis=1)
         farthest = max(farthest, distance.max())
         s = distance.argmin()
         if distance[s] == 0:
             continue
-        lattice = np.linalg.norm(places - places[s], axis=1)
-        h = np.exp(-((lattice / (elasticity * distance[s] / farthest)) ** 2))
-        codes += rate * (distance / farthest * h)[:, None] * (v - codes)
+        lattice, omega = np.linalg.norm(places - places[s], axis=1), distance / (1 if in_cells else farthest)
+        if in_cells:
+            h = np.exp(-lattice / omega[s] / elasticity**2)
+        else:
+            h = np.exp(-((lattice / (omega if preset == "printed" else omega[s])) ** 2) / elasticity**2)
+        codes += np.minimum(rate * omega * h, 1)[:, None] * (v - codes)
     return codes
 
 
+@pytest.mark.parametrize("preset", ["rougier", "schillaci2016", "printed"])
 @pytest.mark.parametrize("elasticity", [0.02, 0.1, 0.5, 1.75, 50.0])
 @pytest.mark.parametrize(("shape", "dims"), [((8, 8), 2), ((30, 30), 4), ((3, 20), 5), ((12,), 1), ((12, 1), 3)])
-def test_agrees_with_its_equations(shape: tuple[int, ...], dims: int, elasticity: float) -> None:
+def test_agrees_with_its_equations(shape: tuple[int, ...], dims: int, elasticity: float, preset: str) -> None:
     """300 random inputs, some beyond the range of the codes, leave the codes where plain NumPy leaves them."""
     rng = np.random.default_rng(7)
     start, inputs = rng.random((int(np.prod(shape)), dims)), rng.uniform(-0.5, 1.5, (300, dims))
-    learned = DSOM(shape=shape, learning_rate=0.3, elasticity=elasticity, init=start).partial_fit(inputs)
-    expected = slow_dsom(start, inputs, shape, 0.3, elasticity)
+    learned = DSOM(shape=shape, learning_rate=0.3, elasticity=elasticity, preset=preset, init=start).partial_fit(inputs)
+    expected = slow_dsom(start, inputs, shape, 0.3, elasticity, preset)
     np.testing.assert_allclose(learned.codebook_, expected, rtol=0, atol=1e-12)
+
+
+def test_raw_distances_never_carry_a_code_beyond_the_input() -> None:
+    """Where a distance of over 1 / rate would overshoot, the code lands on the input."""
+    dsom = DSOM(shape=(1,), preset="schillaci2016", init=[[0.0, 0.0]])
+    dsom.learn_one([30.0, 40.0])
+    np.testing.assert_array_equal(dsom.codebook_, [[30.0, 40.0]])
+
+
+def test_presets_bring_their_own_rates() -> None:
+    """Rates that are not given are the preset's; given ones win."""
+    own = DSOM(shape=(4, 4), preset="schillaci2016", random_state=0)
+    given = DSOM(shape=(4, 4), preset="schillaci2016", learning_rate=0.2, elasticity=1.5, random_state=0)
+    other = DSOM(shape=(4, 4), preset="schillaci2016", learning_rate=0.1, random_state=0)
+    codes = [dsom.fit([[0.3, 0.4]]).codebook_ for dsom in (own, given, other)]
+    np.testing.assert_array_equal(codes[0], codes[1])
+    assert not np.array_equal(codes[0], codes[2])
 
 
 @given(st.integers(0, 63), st.floats(0.01, 10.0), st.integers(1, 6))

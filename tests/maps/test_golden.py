@@ -135,6 +135,16 @@ def test_static_distributions_end_at_the_golden_error(
     assert mean_squared_error(trained, points) == pytest.approx(published, abs=5.1e-6)
 
 
+@pytest.mark.parametrize("name", ["uniform", "ring"])
+def test_the_printed_equation_collapses_the_map(name: str) -> None:
+    """With each unit's own distance in equation 2, as the 2014 paper prints it, the error is over 36 times as large."""
+    points, rng = static(name, np.random.RandomState(123)), np.random.RandomState(123)
+    start = rng.random_sample((64, 2))
+    inputs = points[rng.randint(0, len(points), 20_000)]
+    printed = DSOM(shape=(8, 8), elasticity=1.75, preset="printed", init=start).partial_fit(inputs)
+    assert mean_squared_error(printed, points) > 36 * mean_squared_error(dsom(start).partial_fit(inputs), points)
+
+
 @pytest.mark.parametrize("name", ["uniform", "normal", "ring"])
 def test_static_distributions_over_seeds(name: str) -> None:
     """Over 5 seeds the neural gas is best and the SOM next, as published; both vary by under 3 % from seed to seed."""
