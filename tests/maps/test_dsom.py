@@ -110,6 +110,18 @@ def test_codes_stay_among_start_codes_and_inputs(
     assert (codes <= known.max(axis=0) + slack).all()
 
 
+@pytest.mark.parametrize("preset", ["rougier", "schillaci2016", "printed"])
+@pytest.mark.parametrize("elasticity", [1e-300, 1e-170, 1e170, 1e300])
+def test_extreme_elasticities_stay_finite(preset: str, elasticity: float) -> None:
+    """Where the elasticity's square leaves the range of a double, the winner moves alone, or all units alike."""
+    dsom = DSOM(shape=(5, 20), preset=preset, elasticity=elasticity, random_state=0).initialise(2)
+    before = dsom.codebook_
+    winner = dsom.learn_one([2.0, 2.0])
+    moved = np.flatnonzero((dsom.codebook_ != before).any(axis=1))
+    np.testing.assert_array_equal(moved, [winner] if elasticity < 1 else np.arange(100))
+    assert np.isfinite(dsom.partial_fit(np.random.default_rng(0).random((50, 2))).codebook_).all()
+
+
 def test_largest_values_are_learned_without_overflow() -> None:
     """The largest inputs that are taken give finite codes."""
     codes = DSOM(shape=(4, 4), random_state=0).partial_fit([[1e150, -1e150], [0.0, 1e-150]]).codebook_

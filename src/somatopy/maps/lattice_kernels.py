@@ -23,6 +23,7 @@ Integers = NDArray[np.int64]
 
 DSOM_PRESETS = ("rougier", "schillaci2016", "printed")
 ROUGIER, SCHILLACI = range(2)
+LEAST = 1e-300  # what is divided by stays above 0
 U = np.uint64
 
 
@@ -204,7 +205,7 @@ def _pull_by_own_distance(
         start, stop = _columns_in_reach(geometry, centre, np.inf, tables[0])
         for lane in range(start, stop):
             own = squared[other * lanes + lane]
-            away = (apart[i] + tables[0, lane]) / (scale * own) if own > 0.0 else np.inf
+            away = (apart[i] + tables[0, lane]) / max(scale * own, LEAST)
             tables[2, lane] = sqrt(own) * rate * exp(-away)
         _pull(codes, x, other, start, stop, tables[2])
 
@@ -253,12 +254,12 @@ def learn_dsom(
         if nearest == 0.0:
             continue
         if preset == SCHILLACI:
-            scale = elasticity * elasticity * sqrt(nearest)
+            scale = max(elasticity * elasticity * sqrt(nearest), LEAST)
             _pull_by_ratio(codes, geometry, x, work, at, found, apart, tables, rate, scale)
             continue
         pace = rate / sqrt(memory[0])
         if preset == ROUGIER:
-            scale = elasticity * elasticity * (nearest / memory[0])
+            scale = max(elasticity * elasticity * (nearest / memory[0]), LEAST)
             _pull_by_gaussian(codes, geometry, x, work, at, found, apart, tables, pace, scale, True)
         else:
             scale = elasticity * elasticity / memory[0]
@@ -302,5 +303,7 @@ def learn_som(
         rate = faded(schedule[0], schedule[1], memory[0], schedule[4])
         width = faded(schedule[2], schedule[3], memory[0], schedule[4])
         memory[0] += 1.0
-        _pull_by_gaussian(codes, geometry, samples[t], work, at, found, apart, tables, rate, 2.0 * width * width, False)
+        _pull_by_gaussian(
+            codes, geometry, samples[t], work, at, found, apart, tables, rate, max(2.0 * width * width, LEAST), False
+        )
     return unit_at(at, lanes, int(geometry[-1, 0]))
