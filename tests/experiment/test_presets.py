@@ -102,7 +102,7 @@ def changed(a: dict[str, Any], b: dict[str, Any]) -> set[str]:
     return {part for part, key in PARTS.items() if not np.array_equal(a[part][key], b[part][key])}
 
 
-PARTS = {"arm_map": "codebook", "head_map": "codebook", "links": "links"}
+PARTS = {"arm_map": "codebook", "head_map": "codebook", "links": "link_weight"}
 
 
 @pytest.mark.parametrize("name", ["frozen", "sampled"])

@@ -14,10 +14,10 @@ from somatopy.percept import Percept
 
 
 def test_the_papers_learner_keeps_them() -> None:
-    """With maps of the paper's size, and with small ones."""
-    check_learner(HebbianLearner)
+    """With maps of the paper's size, and with small ones; each frame brings one link of 16 bytes at most."""
+    check_learner(HebbianLearner, growth=200 * 16)
     small = DSOM(shape=(4, 5))
-    check_learner(lambda *robot: HebbianLearner(*robot, arm_map=small, head_map=small))
+    check_learner(lambda *robot: HebbianLearner(*robot, arm_map=small, head_map=small), growth=200 * 16)
 
 
 def test_controls_keep_them() -> None:

@@ -56,6 +56,11 @@ def same(a: Any, b: Any) -> bool:
     return np.array_equal(a, b, equal_nan=np.asarray(a).dtype.kind == "f")
 
 
+def table_of(subject: HebbianLearner) -> np.ndarray:
+    """All links, a row for each arm node."""
+    return np.array([subject.links.row(i) for i in range(subject.links.n_pre)])
+
+
 class PlainMap:
     """Equations 1 and 2, unit by unit, with distances divided by the greatest one so far."""
 
@@ -139,9 +144,9 @@ def test_a_link_grows_by_equations_3_and_4() -> None:
     """On a hit w_ij grows by eta A(d_i) A(d_j) f_c, all other links stay; computed from the codebooks."""
     subject = learner()
     for percept in percepts(300, hit_rate=1.0):
-        before = subject.links.state()["links"]
+        before = table_of(subject)
         subject.observe(percept)
-        growth = subject.links.state()["links"] - before
+        growth = table_of(subject) - before
         expected, activations = np.zeros_like(growth), []
         for codes, v in (
             (subject.arm_map.codebook_, unit(percept.arm, ARM)),
@@ -185,7 +190,7 @@ def test_only_plastic_parts_learn() -> None:
 def test_start() -> None:
     """All links are 0, codes are uniform in [0, 1], and the two maps do not share their numbers."""
     subject = learner(arm=20, head=20)
-    assert not subject.links.state()["links"].any()
+    assert not table_of(subject).any()
     for codes in (subject.arm_map.codebook_, subject.head_map.codebook_):
         assert codes.min() >= 0 and codes.max() <= 1
         assert codes.mean(axis=0) == pytest.approx(np.full(codes.shape[1], 0.5), abs=4 / np.sqrt(12 * 400))
@@ -219,10 +224,9 @@ def test_shuffling_moves_whole_rows_of_links() -> None:
     for percept in percepts(1000, hit_rate=1.0):
         subject.observe(percept)
         silent.observe(percept)
-    before = subject.state()
+    before, rows = subject.state(), table_of(subject)
     subject.shuffle_links(np.random.default_rng(1))
-    after = subject.state()
-    rows, moved = before["links"]["links"], after["links"]["links"]
+    after, moved = subject.state(), table_of(subject)
     assert sorted(map(bytes, rows)) == sorted(map(bytes, moved))
     known = rows.any(axis=1)
     assert known.sum() > 50 and (rows != moved).any(axis=1)[known].mean() > 0.9
@@ -231,10 +235,10 @@ def test_shuffling_moves_whole_rows_of_links() -> None:
     assert same(silent.state(), before)
     subject.links.restore(before["links"])
     subject.shuffle_links(np.random.default_rng(1))
-    assert np.array_equal(subject.links.state()["links"], moved)
+    assert np.array_equal(table_of(subject), moved)
     subject.links.restore(before["links"])
     subject.shuffle_links(np.random.default_rng(2))
-    assert not np.array_equal(subject.links.state()["links"], moved)
+    assert not np.array_equal(table_of(subject), moved)
 
 
 def test_maps_hold_all_that_was_learned() -> None:
@@ -299,7 +303,7 @@ def test_agrees_with_a_plain_account_of_the_science() -> None:
             assert gaze == pytest.approx(target, abs=1e-8)
             compared += 1
     assert compared > 1000
-    assert np.abs(subject.links.state()["links"] - links).max() < 1e-10
+    assert np.abs(table_of(subject) - links).max() < 1e-10
     assert np.abs(subject.arm_map.codebook_ - arm.codes).max() < 1e-9
     assert np.abs(subject.head_map.codebook_ - head.codes).max() < 1e-9
 
@@ -349,10 +353,9 @@ def test_equal_strongest_links_share_the_gaze() -> None:
     subject, percept = learner(head=3), next(percepts(1))
     i, _ = subject.arm_map.winner(unit(percept.arm, ARM))
     for strongest in ([2, 5, 7], [4]):
-        table = np.zeros((100, 9))
-        table[i] = 0.25
-        table[i, strongest] = 0.5
-        subject.links.restore({"links": table})
+        row = np.full(9, 0.25)
+        row[strongest] = 0.5
+        subject.links.restore({"link_pre": np.full(9, i), "link_post": np.arange(9), "link_weight": row})
         seen = np.bincount(nodes_looked_at(subject, percept, 3000), minlength=9)
         assert np.flatnonzero(seen).tolist() == strongest
         assert len(strongest) == 1 or chisquare(seen[strongest]).pvalue > 1e-3
@@ -397,7 +400,7 @@ def test_continues_bit_for_bit_from_a_state() -> None:
         for percept in percepts(200, seed=5):
             subject.observe(percept)
             out.append((subject.gaze(percept).tolist(), subject.probes()))
-        return [*out, subject.state()["links"]["links"].tolist()]
+        return [*out, table_of(subject).tolist()]
 
     expected = future(original)
     other.restore(state)

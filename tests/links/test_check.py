@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 
 from somatopy.contract import ContractError
-from somatopy.links import PositiveHebb, Rule, check_rule
+from somatopy.links import NormalisedHebb, PositiveHebb, Rule, check_rule
 
 
 def test_ours_keep_them() -> None:
-    """The paper's rule."""
+    """The paper's rule, and the one that divides the row by its sum."""
     check_rule(PositiveHebb)
+    check_rule(NormalisedHebb, whole_row=True)
 
 
 class Momentum:
@@ -45,6 +46,15 @@ class Normalised(Momentum):
     def change(self, row: Any, j: int, amount: float) -> None:
         super().change(row, j, amount)
         row /= 1.0 + row.sum()
+
+
+class Boasting(Normalised):
+    """Says to be local, and is not."""
+
+    local = True
+
+    def update(self, row: Any, j: int, activation: float, target: float) -> None:
+        super().update(row, j, activation, target)
 
 
 class Spreading(Momentum):
@@ -107,6 +117,7 @@ def test_other_sound_rules_pass() -> None:
     [
         (Memoryless, False, "all members of Rule.*Memoryless lacks restore, state"),
         (Normalised, False, r"nothing but link j of its row.*say check_rule\(..., whole_row=True\)"),
+        (Boasting, True, "nothing but link j of its row.*do not say local = True"),
         (Spreading, True, "nothing but its row"),
         (Dividing, True, "links stay finite, from a row of zeros on"),
         (Trusting, False, "is refused before anything changes.*update took"),

@@ -12,7 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import ArrayLike, NDArray
 
-from somatopy.links import HebbianLinks, PositiveHebb, activation
+from somatopy.contract import same
+from somatopy.links import HebbianLinks, NormalisedHebb, PositiveHebb, activation
 
 GOLDEN = np.load(Path(__file__).parents[1] / "data" / "hebbian_schillaci2016.npz")
 
@@ -20,23 +21,30 @@ GOLDEN = np.load(Path(__file__).parents[1] / "data" / "hebbian_schillaci2016.npz
 def linked(row: ArrayLike) -> HebbianLinks:
     """Links of one node with the given row."""
     table = np.atleast_2d(np.asarray(row, dtype=float))
-    links = HebbianLinks(*table.shape, PositiveHebb())
-    links.restore({"links": table})
+    links, (pre, post) = HebbianLinks(*table.shape, PositiveHebb()), np.nonzero(table)
+    links.restore({"link_pre": pre, "link_post": post, "link_weight": table[pre, post]})
     return links
 
 
-def test_agrees_with_the_first_authors_program() -> None:
-    """300 recorded updates end at the recorded table, to that program's single precision."""
-    links = HebbianLinks(64, 64, PositiveHebb(float(GOLDEN["learning_rate"])))
+def table_of(links: HebbianLinks) -> NDArray[np.float64]:
+    """All rows."""
+    return np.array([links.row(i) for i in range(links.n_pre)])
+
+
+@pytest.mark.parametrize(("rule", "name"), [(PositiveHebb, "links"), (NormalisedHebb, "links_row_normalised")])
+@pytest.mark.parametrize("nodes", [64, 3000])
+def test_agrees_with_the_first_authors_program(rule: type[PositiveHebb], name: str, nodes: int) -> None:
+    """300 recorded updates end at the recorded table, to that program's single precision, in a large table too."""
+    links = HebbianLinks(nodes, nodes, rule(float(GOLDEN["learning_rate"])))
     names = ("pre_winners", "post_winners", "pre_distances", "post_distances", "factors")
     for i, j, d_i, d_j, factor in zip(*(GOLDEN[name].tolist() for name in names), strict=True):
         links.update(i, j, activation(d_i, slope=2.0) * activation(d_j, slope=2.0), factor)
-    np.testing.assert_allclose(links.state()["links"], GOLDEN["links"], rtol=0, atol=1e-6)
+    np.testing.assert_allclose([links.row(i)[:64] for i in range(64)], GOLDEN[name], rtol=0, atol=1e-6)
 
 
 def test_links_start_at_zero() -> None:
     """Nothing is linked before anything is learned."""
-    assert not HebbianLinks(3, 5, PositiveHebb()).state()["links"].any()
+    assert not table_of(HebbianLinks(3, 5, PositiveHebb())).any()
 
 
 def test_an_update_changes_one_link() -> None:
@@ -45,7 +53,7 @@ def test_an_update_changes_one_link() -> None:
     links.update(1, 4, activation=0.5, target=1.0)
     expected = np.zeros((3, 5))
     expected[1, 4] = 0.25
-    np.testing.assert_array_equal(links.state()["links"], expected)
+    np.testing.assert_array_equal(table_of(links), expected)
 
 
 @given(st.lists(st.integers(-2, 2), min_size=1, max_size=300), st.floats(0, 1, exclude_max=True))
@@ -81,17 +89,18 @@ def test_the_largest_u_stays_in_the_row(size: int) -> None:
 def test_choosing_changes_nothing() -> None:
     """strongest is pure: the same row and u give the same node."""
     links = linked([[1.0, 1.0, 0.0]])
-    before = links.state()["links"]
+    before = links.state()
     assert links.strongest(0, 0.9) == links.strongest(0, 0.9) == 1
-    np.testing.assert_array_equal(links.state()["links"], before)
+    assert same(links.state(), before)
 
 
-def test_row_cannot_be_written() -> None:
-    """A caller sees the links of a node, and later changes, but cannot make any."""
-    links = HebbianLinks(2, 3, PositiveHebb(1.0))
+@pytest.mark.parametrize("nodes", [3, 3000])
+def test_row_cannot_be_written(nodes: int) -> None:
+    """A caller sees the links of a node, as learned so far, but cannot change any."""
+    links = HebbianLinks(nodes, nodes, PositiveHebb(1.0))
+    links.update(1, 2, 1.0, 1.0)
     row = links.row(1)
-    links.update(1, 0, 1.0, 1.0)
-    np.testing.assert_array_equal(row, [1.0, 0.0, 0.0])
+    assert row.shape == (nodes,) and row[2] == row.sum() == 1.0
     with pytest.raises(ValueError, match="read-only"):
         row[0] = 5.0
 
@@ -114,17 +123,19 @@ class Counting(PositiveHebb):
         self.updates = int(np.asarray(state["updates"]))
 
 
-def test_restored_links_learn_on() -> None:
-    """Table and the rule's memory come back, as copies, and learning goes on alike."""
-    original, restored = HebbianLinks(2, 2, Counting()), HebbianLinks(2, 2, Counting())
+@pytest.mark.parametrize("nodes", [2, 3000])
+def test_restored_links_learn_on(nodes: int) -> None:
+    """Links and the rule's memory come back, as copies, and learning goes on alike."""
+    original, restored = HebbianLinks(nodes, nodes, Counting()), HebbianLinks(nodes, nodes, Counting())
     original.update(0, 1, 0.5, 0.5)
     state = original.state()
     restored.restore(state)
-    state["links"][:] = 9.0
+    state["link_weight"][:] = 9.0
     for links in (original, restored):
+        links.update(0, 1, 0.5, 0.5)
         links.update(1, 1, 0.5, 0.5)
-    np.testing.assert_array_equal(original.state()["links"], restored.state()["links"])
-    assert restored.state()["rule_updates"] == 2
+    assert same(original.state(), restored.state())
+    assert restored.state()["rule_updates"] == 3
 
 
 @pytest.mark.parametrize("index", [-1, 3])
@@ -140,7 +151,7 @@ def test_bad_indices_are_named(index: int) -> None:
             act()
     with pytest.raises(ValueError, match=f"j must be a node of the second map, 0 to 2; got {index}"):
         links.update(0, index, 1.0, 1.0)
-    assert not links.state()["links"].any()
+    assert not table_of(links).any()
 
 
 @pytest.mark.parametrize("u", [-0.1, 1.0, float("nan")])
@@ -159,10 +170,26 @@ def test_bad_sizes_are_named(count: Any) -> None:
         HebbianLinks(3, count, PositiveHebb())
 
 
-@pytest.mark.parametrize("state", [{}, {"links": np.zeros((2, 3))}, {"links": np.full((2, 2), np.nan)}])
-def test_bad_states_are_refused(state: dict[str, Any]) -> None:
-    """A state that does not fit leaves the links as they were."""
-    links = linked(np.eye(2))
-    with pytest.raises(ValueError, match="links"):
-        links.restore(state)
-    np.testing.assert_array_equal(links.state()["links"], np.eye(2))
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"link_pre": [0]}, r"one axis and one length; got link_pre \(1,\), link_post \(2,\)"),
+        ({"link_pre": [0, 2]}, "link_pre must hold nodes, 0 to 1; got 2"),
+        ({"link_post": [-1, 1]}, "link_post must hold nodes, 0 to 1; got -1"),
+        ({"link_post": [0.5, 1]}, "link_post must hold whole numbers"),
+        ({"link_weight": [1.0, np.nan]}, "link_weight must be finite"),
+        ({"link_pre": [0, 0], "link_post": [1, 1]}, "in the order of link_pre, then link_post, each link once"),
+        ({"link_pre": [1, 0]}, "in the order of link_pre"),
+    ],
+)
+def test_bad_states_are_refused(change: dict[str, Any], message: str) -> None:
+    """A state that does not fit is named, and leaves the links and the rule's memory as they were."""
+    links = HebbianLinks(2, 2, Counting())
+    links.update(0, 0, 1.0, 1.0)
+    before = links.state()
+    good: dict[str, Any] = {"link_pre": [0, 1], "link_post": [0, 1], "link_weight": [1.0, 2.0], "rule_updates": 7}
+    with pytest.raises(ValueError, match=message):
+        links.restore({name: np.array(value) for name, value in (good | change).items()})
+    with pytest.raises(ValueError, match=r"lacks \['link_post'\]; it has"):
+        links.restore({name: np.array(value) for name, value in good.items() if name != "link_post"})
+    assert same(links.state(), before)

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from somatopy.links import PositiveHebb, activation
+from somatopy.links import NormalisedHebb, PositiveHebb, activation
 
 
 @given(st.floats(0, 100), st.floats(0, 5))
@@ -42,6 +42,19 @@ def test_a_miss_changes_nothing() -> None:
     before = row.copy()
     PositiveHebb().update(row, 2, activation=0.9, target=0.0)
     np.testing.assert_array_equal(row, before)
+
+
+@given(st.lists(st.tuples(st.integers(0, 4), st.floats(0.1, 1), st.floats(0, 1)), min_size=1, max_size=30))
+def test_normalised_hebb_divides_what_the_papers_rule_gives_by_its_sum(
+    happened: list[tuple[int, float, float]],
+) -> None:
+    """After each update the row is that of `PositiveHebb`, divided by its sum; a row of zeros stays one."""
+    row = np.zeros(5)
+    for j, product, target in happened:
+        expected = row.copy()
+        PositiveHebb(0.1).update(expected, j, product, target)
+        NormalisedHebb(0.1).update(row, j, product, target)
+        np.testing.assert_allclose(row, expected / expected.sum() if expected.any() else 0.0, rtol=1e-12)
 
 
 @pytest.mark.parametrize(("j", "product", "target"), [(-1, 1, 1), (5, 1, 1), (0, np.nan, 1), (0, 1, np.inf)])

@@ -7,9 +7,9 @@ import tomllib
 from collections.abc import Iterable
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 
 __all__ = [
     "FRAMES_PER_MINUTE",
@@ -34,7 +34,7 @@ __all__ = [
 ]
 
 FRAMES_PER_MINUTE = 900
-MOST_LINKS = 500_000_000
+MOST_UNITS = 10_000_000
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
@@ -94,6 +94,8 @@ class MapSettings(_Table):
     def _has_units(cls, shape: tuple[int, int]) -> tuple[int, int]:
         if min(shape) < 1:
             raise ValueError(f"both sides must be at least 1, not {shape}")
+        if math.prod(shape) > MOST_UNITS:
+            raise ValueError(f"a map has at most {MOST_UNITS:.0e} units, not {math.prod(shape):.1e}. Make it smaller")
         return shape
 
 
@@ -108,16 +110,6 @@ class Hebbian(_Table):
         "uniform",
         description="Start codes of the arm map: uniform in the joint ranges, or from 30 minutes of babbling.",
     )
-
-    @model_validator(mode="after")
-    def _links_fit(self) -> Self:
-        links = math.prod(self.arm_map.shape) * math.prod(self.head_map.shape)
-        if links > MOST_LINKS:
-            raise ValueError(
-                f"maps of {self.arm_map.shape} and {self.head_map.shape} units need {links:.1e} links of 8 bytes; "
-                f"at most {MOST_LINKS:.0e} fit. Make a map smaller"
-            )
-        return self
 
 
 class RandomControl(_Table):

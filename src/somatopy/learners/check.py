@@ -39,7 +39,7 @@ def check_learner(make: Make, *, body_clips: bool = False, growth: int | None = 
 
     Example:
         >>> from somatopy.learners import HebbianLearner
-        >>> check_learner(HebbianLearner)
+        >>> check_learner(HebbianLearner, growth=200 * 16)  # a link takes 16 bytes, and each frame may bring a new one
     """
     for n_arm, n_head in _JOINTS:
         robot = _Robot(make, _ARM[:n_arm], _HEAD[:n_head])

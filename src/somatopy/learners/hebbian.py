@@ -131,8 +131,7 @@ class HebbianLearner(Plastic):
 
     def maps(self) -> dict[str, Any]:
         """Codebooks in [0, 1] units, lattice shapes, joint limits (rad), and the links that are not 0."""
-        table = self.links.state()["links"]
-        pre, post = np.nonzero(table)
+        pre, post, weight = self.links.used()
         return {
             "arm_codebook": self.arm_map.codebook_,
             "head_codebook": self.head_map.codebook_,
@@ -140,15 +139,18 @@ class HebbianLearner(Plastic):
             "head_shape": np.array(self.head_map.shape),
             "arm_limits": self._arm_scale.limits,
             "head_limits": self._head_scale.limits,
-            "link_pre": pre.astype(np.int32),
-            "link_post": post.astype(np.int32),
-            "link_weight": table[pre, post],
+            "link_pre": pre,
+            "link_post": post,
+            "link_weight": weight,
         }
 
     def shuffle_links(self, rng: np.random.Generator) -> None:
         """Give each arm node the links of another, drawn at random: what is still hit then is hit by chance."""
         state = self.links.state()
-        self.links.restore(state | {"links": rng.permutation(state["links"])})
+        moved = np.argsort(rng.permutation(self.links.n_pre))[state["link_pre"]]
+        order = np.argsort(moved, kind="stable")
+        rows = {name: state[name][order] for name in ("link_post", "link_weight")}
+        self.links.restore(state | {"link_pre": moved[order].astype(np.int32), **rows})
 
     def state(self) -> dict[str, Any]:
         """Both maps, links and generator."""

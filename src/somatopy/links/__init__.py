@@ -2,6 +2,6 @@
 
 from somatopy.links.check import check_rule
 from somatopy.links.hebbian import HebbianLinks
-from somatopy.links.rules import PositiveHebb, Rule, activation
+from somatopy.links.rules import NormalisedHebb, PositiveHebb, Rule, activation
 
-__all__ = ["HebbianLinks", "PositiveHebb", "Rule", "activation", "check_rule"]
+__all__ = ["HebbianLinks", "NormalisedHebb", "PositiveHebb", "Rule", "activation", "check_rule"]

@@ -10,6 +10,7 @@ import numpy as np
 
 from somatopy.contract import check_members, check_state, law, refused, same
 from somatopy.links.rules import Rule
+from somatopy.links.table import is_local
 
 __all__ = ["check_rule"]
 
@@ -21,7 +22,8 @@ def check_rule(make: Make, *, whole_row: bool = False) -> None:
 
     Args:
         make: a fresh rule. A class that needs no arguments will do.
-        whole_row: whether it may change links of the row beside the one that is named, as normalising rules do.
+        whole_row: whether it may change links of the row beside the one that is named, as normalising rules do. A rule
+            that says `local = True` may not.
 
     Raises:
         ContractError: it breaks a law; the message says which, what was seen and how to fix it.
@@ -65,7 +67,11 @@ def _stays_finite(make: Make, size: int) -> None:
 
 
 def _is_local(make: Make, size: int, whole_row: bool) -> None:
-    allowed, fix = "link j of its row", "write row[j] only, or say check_rule(..., whole_row=True)"
+    allowed, fix = (
+        "link j of its row",
+        "write row[j] only, or do not say local = True, and say check_rule(..., whole_row=True)",
+    )
+    whole_row = whole_row and not is_local(type(make()))
     if whole_row:
         allowed, fix = "its row", "write into the row only, not into what it is a view of"
     table, rule = np.full((3, size), 0.5), make()

@@ -8,50 +8,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from somatopy._jit import jit
 from somatopy.links.rules import Rule
+from somatopy.links.table import new_table
 
 __all__ = ["HebbianLinks"]
 
 Floats = NDArray[np.float64]
 
-U = np.uint64  # unsigned indices spare the compiler Python's meaning of negative ones
-BLOCK = U(100)
-
-
-@jit
-def _greatest(row: Floats) -> float:
-    """The greatest link; most blocks hold none above the greatest so far, which vectors of links tell at once."""
-    greatest, start, size = float(row[0]), U(0), U(row.size)
-    while start < size:
-        stop, above = min(start + BLOCK, size), np.int64(0)
-        for j in range(start, stop):
-            above |= np.int64(row[j] > greatest)
-        if above:
-            for j in range(start, stop):
-                greatest = max(greatest, float(row[j]))
-        start += BLOCK
-    return greatest
-
-
-@jit
-def _strongest(row: Floats, u: float) -> int:
-    greatest = _greatest(row)
-    ties = 0
-    for j in range(U(row.size)):
-        ties += int(row[j] == greatest)
-    to_skip = int(u * ties)  # under ties: no double below 1 rounds up that far
-    node = U(0)
-    while to_skip > 0 or row[node] != greatest:
-        to_skip -= int(row[node] == greatest)
-        node += U(1)
-    return int(np.int64(node))
+ARRAYS = ("link_pre", "link_post", "link_weight")
 
 
 class HebbianLinks:
     """A table of links between two sets of nodes, all 0 at first.
 
-    It knows numbers of nodes, not maps: any two things with winners can be linked.
+    It knows numbers of nodes, not maps: any two things with winners can be linked. Up to 8 million links are kept as
+    one array; of more, only those that are not 0, so that memory grows with the links in use.
 
     Args:
         n_pre: nodes of the first map, at least 1.
@@ -78,7 +49,7 @@ class HebbianLinks:
         self.n_pre = int(n_pre)
         self.n_post = int(n_post)
         self.rule = rule
-        self._table = np.zeros((self.n_pre, self.n_post))
+        self._table = new_table(self.n_pre, self.n_post)
 
     def update(self, i: int, j: int, activation: float, target: float) -> None:
         """Let the rule learn that nodes i and j won together; see `Rule.update`.
@@ -86,9 +57,10 @@ class HebbianLinks:
         Raises:
             ValueError: if i or j is not a node, or a value is not finite; then nothing has changed.
         """
+        self._check_node(i)
         if not 0 <= j < self.n_post:
             raise ValueError(f"j must be a node of the second map, 0 to {self.n_post - 1}; got {j!r}")
-        self.rule.update(self._row(i), j, activation, target)
+        self._table.update(self.rule, i, j, activation, target)
 
     def strongest(self, i: int, u: float) -> int:
         """The node j with the greatest link from node i. Changes nothing.
@@ -103,41 +75,60 @@ class HebbianLinks:
         """
         if not 0 <= u < 1:
             raise ValueError(f"u must be a number in [0, 1); got {u!r}")
-        return _strongest(self._row(i), u)
+        self._check_node(i)
+        return self._table.strongest(i, u)
 
     def row(self, i: int) -> Floats:
-        """The links of node i, shape (n_post,): a view that cannot be written and follows what is learned.
+        """The links of node i, shape (n_post,): they cannot be written; copy what must not follow later learning.
 
         Raises:
             ValueError: if i is not a node.
         """
-        row = self._row(i).view()
+        self._check_node(i)
+        row = self._table.row(i).view()
         row.flags.writeable = False
         return row
 
+    def used(self) -> tuple[NDArray[np.int32], NDArray[np.int32], Floats]:
+        """The links that are not 0, by i and then j: their i, their j and their values, each of shape (links,)."""
+        return self._table.used()
+
     def state(self) -> dict[str, NDArray[Any]]:
-        """`links` (n_pre, n_post) and the rule's own arrays, their names led by `rule_` (copies)."""
+        """What `used` gives, as `link_pre`, `link_post` and `link_weight`, and the rule's arrays, led by `rule_`."""
         remembered = {f"rule_{name}": value for name, value in self.rule.state().items()}
-        return {"links": self._table.copy(), **remembered}
+        return {**dict(zip(ARRAYS, self.used(), strict=True)), **remembered}
 
     def restore(self, state: Mapping[str, ArrayLike]) -> None:
         """Take over the state of links of the same sizes and rule.
 
         Raises:
-            ValueError: if `links` is missing, has another shape or holds values that are not finite.
+            ValueError: if an array is missing, or they are not links of these sizes; then nothing has changed.
         """
-        if "links" not in state:
-            raise ValueError(f"the state of links lacks 'links'; it has {sorted(state)}")
-        table = np.array(state["links"], dtype=np.float64, order="C")
-        if table.shape != self._table.shape or not np.isfinite(table).all():
-            raise ValueError(f"links must be finite, shape {self._table.shape}; got shape {table.shape}")
+        if missing := [name for name in ARRAYS if name not in state]:
+            raise ValueError(f"the state of links lacks {missing}; it has {sorted(state)}")
+        pre, post, weight = (np.asarray(state[name]) for name in ARRAYS)
+        self._check_links(pre, post, weight)
+        table = new_table(self.n_pre, self.n_post)
+        table.fill(pre, post, weight.astype(np.float64))
         self.rule.restore(
             {name.removeprefix("rule_"): value for name, value in state.items() if name.startswith("rule_")}
         )
         self._table = table
 
-    def _row(self, i: int) -> Floats:
+    def _check_node(self, i: int) -> None:
         if not 0 <= i < self.n_pre:
             raise ValueError(f"i must be a node of the first map, 0 to {self.n_pre - 1}; got {i!r}")
-        row: Floats = self._table[i]
-        return row
+
+    def _check_links(self, pre: NDArray[Any], post: NDArray[Any], weight: NDArray[Any]) -> None:
+        if not (pre.ndim == 1 and pre.shape == post.shape == weight.shape):
+            shapes = ", ".join(f"{name} {array.shape}" for name, array in zip(ARRAYS, (pre, post, weight), strict=True))
+            raise ValueError(f"the arrays of links must have one axis and one length; got {shapes}")
+        for name, nodes, count in (("link_pre", pre, self.n_pre), ("link_post", post, self.n_post)):
+            if nodes.dtype.kind not in "iu":
+                raise ValueError(f"{name} must hold whole numbers, the nodes; got {nodes.dtype}")
+            if wrong := nodes[(nodes < 0) | (nodes >= count)].tolist():
+                raise ValueError(f"{name} must hold nodes, 0 to {count - 1}; got {wrong[0]!r}")
+        if not np.isfinite(weight).all():
+            raise ValueError("link_weight must be finite; it holds a value that is not")
+        if (np.diff(pre.astype(np.int64) * self.n_post + post) <= 0).any():
+            raise ValueError("links must be in the order of link_pre, then link_post, each link once; they are not")

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from somatopy._jit import jit
 
-__all__ = ["PositiveHebb", "Rule", "activation"]
+__all__ = ["NormalisedHebb", "PositiveHebb", "Rule", "activation"]
 
 Floats = NDArray[np.float64]
 
@@ -39,7 +39,11 @@ def activation(distance: float, slope: float = 1.0) -> float:
 
 
 class Rule(Protocol):
-    """A local learning rule: it sees one row of links and what happened, nothing else."""
+    """A learning rule: it sees one row of links and what happened, nothing else.
+
+    A rule that never changes another link than j may say so by `local = True` in the class that has its `update`: large
+    tables, which keep only the links that are not 0, then need not look through the whole row after each update.
+    """
 
     def update(self, row: Floats, j: int, activation: float, target: float) -> None:
         """Change a row of links in place, after its node and node j won together.
@@ -89,6 +93,8 @@ class PositiveHebb:
         array([0.   , 0.005, 0.   ])
     """
 
+    local = True
+
     def __init__(self, learning_rate: float = 0.01) -> None:
         if not (learning_rate > 0 and isfinite(learning_rate)):
             raise ValueError(f"learning_rate must be a finite number over 0; got {learning_rate!r}")
@@ -112,3 +118,40 @@ class PositiveHebb:
 
     def restore(self, state: Mapping[str, ArrayLike]) -> None:
         """Nothing to take over; see `state`."""
+
+
+@jit
+def _normalise(row: Floats) -> None:
+    total = 0.0
+    for link in row:
+        total += link
+    if total > 0.0:
+        for j in range(row.size):
+            row[j] /= total
+
+
+class NormalisedHebb(PositiveHebb):
+    """The paper's rule, and then the row divided by its sum: a link fades while others of its row grow.
+
+    So did the library that the first author of the paper published in 2016 (with `activation(..., slope=2)`). A miss
+    leaves a normalised row as it is, but for rounding; a row without links stays so.
+
+    Args:
+        learning_rate: eta of equation 3, over 0.
+
+    Raises:
+        ValueError: if the learning rate is not a finite number over 0.
+
+    Example:
+        >>> import numpy as np
+        >>> rule, row = NormalisedHebb(learning_rate=0.5), np.zeros(3)
+        >>> for j in (0, 1):
+        ...     rule.update(row, j, activation=0.5, target=1.0)
+        >>> row
+        array([0.8, 0.2, 0. ])
+    """
+
+    def update(self, row: Floats, j: int, activation: float, target: float) -> None:
+        """Strengthen link j, then divide the row by its sum; see `PositiveHebb.update`."""
+        super().update(row, j, activation, target)
+        _normalise(row)
