@@ -1,0 +1,127 @@
+"""The growing neural gas of Fritzke."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from somatopy.maps.graph_learning import GasRule, learn_growing_neural_gas
+from somatopy.maps.graph_map import GraphMap
+from somatopy.maps.start import check_number, check_units, start_codes
+
+__all__ = ["GrowingNeuralGas"]
+
+
+class GrowingNeuralGas(GraphMap):
+    r"""Growing neural gas: units are added where the error is greatest, and edges show the topology of the inputs.
+
+    For each input :math:`v`, with :math:`s` and :math:`t` the nearest and the second nearest unit:
+
+    1. all edges of :math:`s` grow older by 1;
+    2. :math:`s` keeps account of its error, :math:`E_s \leftarrow E_s + \|v - w_s\|^2`;
+    3. :math:`s` and its neighbours :math:`i` move:
+
+       .. math::
+           \Delta w_s = \varepsilon_b (v - w_s) \qquad \Delta w_i = \varepsilon_n (v - w_i)
+    4. an edge of age 0 joins :math:`s` and :math:`t`;
+    5. edges of :math:`s` older than `max_age` are removed, and units that have lost their last edge;
+    6. each :math:`\lambda` inputs a unit is added half-way between the unit :math:`q` of the greatest error and its
+       neighbour :math:`f` of the greatest error. It replaces their edge by one to each; :math:`E_q` and :math:`E_f` are
+       multiplied by :math:`\alpha`, and the new unit starts with their mean;
+    7. all errors are multiplied by :math:`d`.
+
+    With `utility` (GNG-U) units are also removed where they have become useless, so that the map follows data that
+    move. The utility of a unit is what the error would have been more without it,
+    :math:`U_s \leftarrow U_s + \|v - w_t\|^2 - \|v - w_s\|^2`, and fades as the errors do; a new unit starts with the
+    mean of those of :math:`q` and :math:`f`. The unit :math:`i` of least utility goes if :math:`\max E > k U_i`.
+    Descriptions differ in how often this is asked; here it is each :math:`\lambda` inputs, before a unit is added.
+
+    Two units are always left, which may have no edge once utility took the one between them. Where a unit
+    is removed, the last one takes its number. Of equals, the first counts.
+
+    Sources: B. Fritzke, A growing neural gas network learns topologies, NIPS 7, 1995 (its step order and
+    :math:`\alpha`, :math:`d`, :math:`\lambda`, :math:`\varepsilon_n`); B. Fritzke, A self-organizing network that can
+    follow non-stationary distributions, ICANN 1997.
+
+    Args:
+        learning_rate: :math:`\varepsilon_b`, in (0, 1]: how far the winner moves.
+        neighbour_rate: :math:`\varepsilon_n`, in (0, 1]: how far its neighbours move.
+        insert_every: :math:`\lambda`, inputs from one new unit to the next.
+        max_age: age that an edge may have, in wins of the units at its ends. On a curve 50 will do; on a surface about
+            400 keeps the edges that close its triangles, and a few too many.
+        error_share: :math:`\alpha`, in (0, 1]: what is left of an error that a new unit takes a part of.
+        decay: :math:`d`, in (0, 1]: what is left of all errors after an input.
+        utility: :math:`k`, over 0; None never removes a unit for its utility. A small one forgets faster.
+        max_units: most units that there may be, at least 2.
+        bounds: range (low, high) of the two start codes, for all dimensions or one pair for each, shape (dims, 2).
+        init: "uniform" draws the start codes within `bounds`; an array (2, dims) gives them.
+        dtype: precision of codes, "float64" or "float32".
+        missing: "error" refuses inputs with NaN; "ignore" uses the coordinates that were observed.
+        random_state: seed or NumPy Generator of the start codes.
+
+    Example:
+        >>> import numpy as np
+        >>> angles = np.random.default_rng(0).uniform(0, 2 * np.pi, 10_000)
+        >>> ring = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+        >>> gas = GrowingNeuralGas(max_units=30, random_state=0).partial_fit(ring)
+        >>> graph = gas.topology_
+        >>> graph.units, graph.components, graph.loops
+        (30, 1, 1)
+    """
+
+    VALUES = ("errors", "utilities")
+    LEAST = 2
+
+    def __init__(
+        self,
+        learning_rate: float = 0.05,
+        neighbour_rate: float = 0.006,
+        insert_every: int = 100,
+        max_age: int = 50,
+        error_share: float = 0.5,
+        decay: float = 0.995,
+        utility: float | None = None,
+        max_units: int = 1000,
+        bounds: ArrayLike = (0, 1),
+        init: ArrayLike = "uniform",
+        dtype: str = "float64",
+        missing: str = "error",
+        random_state: int | np.random.Generator | None = None,
+    ) -> None:
+        self.learning_rate = learning_rate
+        self.neighbour_rate = neighbour_rate
+        self.insert_every = insert_every
+        self.max_age = max_age
+        self.error_share = error_share
+        self.decay = decay
+        self.utility = utility
+        self.max_units = max_units
+        self.bounds = bounds
+        self.init = init
+        self.dtype = dtype
+        self.missing = missing
+        self.random_state = random_state
+
+    def _start(self, dims: int, rng: np.random.Generator) -> dict[str, NDArray[Any]]:
+        for name in ("learning_rate", "neighbour_rate", "error_share", "decay"):
+            check_number(name, getattr(self, name), most=1)
+        if self.utility is not None:
+            check_number("utility", self.utility)
+        for name, least in (("insert_every", 1), ("max_age", 1), ("max_units", 2)):
+            check_units(name, getattr(self, name), least=least)
+        return self._edgeless(start_codes(self.init, self.bounds, 2, dims, rng))
+
+    def _taught(self, samples: NDArray[Any], start: int) -> tuple[int, int]:
+        rule = GasRule(
+            int(self.max_units),
+            float(self.learning_rate),
+            float(self.neighbour_rate),
+            int(self.insert_every),
+            int(self.max_age),
+            float(self.error_share),
+            float(self.decay),
+            float(self.utility or 0),
+        )
+        return learn_growing_neural_gas(self._net, self.n_features_in_, self.missing == "ignore", samples, start, rule)
