@@ -25,24 +25,40 @@ if TYPE_CHECKING:
     from somatopy.eyes import FiducialEye, check_eye
     from somatopy.learners import HebbianLearner, check_learner
     from somatopy.links import HebbianLinks, check_rule
-    from somatopy.maps import DSOM
+    from somatopy.maps import (
+        DSOM,
+        SOM,
+        EvolvingSOM,
+        GrowingNeuralGas,
+        GrowWhenRequired,
+        NeuralGas,
+        check_map,
+        load_map,
+    )
 
 __all__ = [
     "DSOM",
+    "SOM",
     "ContractError",
     "Description",
+    "EvolvingSOM",
     "FiducialEye",
+    "GrowWhenRequired",
+    "GrowingNeuralGas",
     "HebbianLearner",
     "HebbianLinks",
     "MujocoBody",
+    "NeuralGas",
     "check_babbler",
     "check_body",
     "check_damage",
     "check_eye",
     "check_learner",
+    "check_map",
     "check_rule",
     "fork",
     "load_description",
+    "load_map",
     "load_run",
     "paper",
     "resume",
@@ -51,12 +67,19 @@ __all__ = [
 
 _HOMES = {
     "DSOM": "maps",
+    "SOM": "maps",
     "ContractError": "contract",
     "Description": "experiment",
     "FiducialEye": "eyes",
     "HebbianLearner": "learners",
     "HebbianLinks": "links",
     "MujocoBody": "bodies",
+    "NeuralGas": "maps",
+    "GrowingNeuralGas": "maps",
+    "EvolvingSOM": "maps",
+    "GrowWhenRequired": "maps",
+    "check_map": "maps",
+    "load_map": "maps",
     "check_babbler": "babbling",
     "check_body": "bodies",
     "check_damage": "experiment",

@@ -1,233 +1,202 @@
-"""What every map owes its users, run over every map and over a toy that only gives the abstract methods."""
+"""What every map owes its users: each keeps the laws of `check_map`, and so does a toy of under 30 lines."""
 
 from __future__ import annotations
 
-import copy
-import pickle
-from collections.abc import Callable, Mapping
-from typing import Any, Self
+import inspect
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import ArrayLike, NDArray
-from sklearn.base import clone
+from numpy.typing import NDArray
 from sklearn.exceptions import NotFittedError
-from sklearn.utils.estimator_checks import check_estimator
 
-from somatopy.maps import DSOM, Map
-from somatopy.maps.base import as_sample, refuse
+import somatopy.maps
+from somatopy.maps import DSOM, SOM, Map
+from somatopy.maps.check import check_map
 
-Floats = NDArray[np.float64]
-
-
-class RunningMean(Map):
-    """A map of one unit, the mean of its inputs."""
-
-    @property
-    def codebook_(self) -> Floats:
-        return self._mean[None].copy()
-
-    def initialise(self, dims: int) -> Self:
-        self._mean, self._count, self.n_features_in_ = np.zeros(dims), 0, dims
-        return self
-
-    def learn_one(self, x: ArrayLike) -> int:
-        sample = as_sample(x)
-        if not self.__sklearn_is_fitted__():
-            self.initialise(sample.size)
-        self.winner(sample)
-        self._learn(sample[None])
-        return 0
-
-    def winner(self, x: ArrayLike) -> tuple[int, float]:
-        sample = as_sample(x)
-        if not self.__sklearn_is_fitted__():
-            raise NotFittedError
-        if sample.shape != self._mean.shape or not np.isfinite(sample).all():
-            raise ValueError(f"bad input {sample}")
-        return 0, float(np.linalg.norm(sample - self._mean))
-
-    def state(self) -> dict[str, NDArray[Any]]:
-        return {"mean": self._mean.copy(), "count": np.array(self._count)}
-
-    def restore(self, state: Mapping[str, ArrayLike]) -> None:
-        self.initialise(np.asarray(state["mean"]).size)
-        self._mean, self._count = np.array(state["mean"], dtype=float), int(np.asarray(state["count"]))
-
-    def _learn(self, samples: Floats) -> None:
-        for sample in samples:
-            self._count += 1
-            self._mean = self._mean + (sample - self._mean) / self._count
-
-    def _winners(self, samples: Floats) -> NDArray[np.int64]:
-        return np.zeros(len(samples), dtype=np.int64)
-
-    def __sklearn_is_fitted__(self) -> bool:
-        return hasattr(self, "_mean")
-
-
-def dsom() -> DSOM:
-    return DSOM(shape=(5, 4), elasticity=0.5, random_state=3)
-
-
-MAPS = [pytest.param(dsom, id="DSOM"), pytest.param(RunningMean, id="toy")]
-every_map = pytest.mark.parametrize("make", MAPS)
 INPUTS = np.random.default_rng(1).random((60, 3))
 
 
-def memory(trained: Map) -> bytes:
-    """All that a map has learned, as bytes."""
-    return b"".join(value.tobytes() for _, value in sorted(trained.state().items()))
+class RunningMeans(Map):
+    """Each unit is the mean of the inputs that it has won (MacQueen's k-means)."""
+
+    def __init__(
+        self, units: int = 5, dtype: str = "float64", missing: str = "error", random_state: int | None = None
+    ) -> None:
+        self.units = units
+        self.dtype = dtype
+        self.missing = missing
+        self.random_state = random_state
+
+    def _start(self, dims: int, rng: np.random.Generator) -> dict[str, NDArray[Any]]:
+        return {"codebook": rng.random((self.units, dims)), "wins": np.zeros(self.units)}
+
+    def _step(self, x: NDArray[Any]) -> int:
+        codebook, wins = self._learned["codebook"], self._learned["wins"]
+        winner, seen = int(self._winners(x[None])[0]), ~np.isnan(x)
+        wins[winner] += 1
+        codebook[winner, seen] += (x[seen] - codebook[winner, seen]) / wins[winner]
+        return winner
 
 
-@pytest.mark.filterwarnings("ignore::sklearn.exceptions.SkipTestWarning")
-@every_map
-def test_passes_scikit_learns_checks(make: Callable[[], Map]) -> None:
-    """A map is a scikit-learn estimator and transformer."""
-    check_estimator(make())
+#: Parameters that a map is checked with; a map that is not named here is checked as it comes.
+VARIANTS: dict[str, list[dict[str, Any]]] = {
+    "DSOM": [
+        {"shape": (5, 4), "elasticity": 0.5},
+        {"shape": (5, 4), "preset": "schillaci2016"},
+        {"shape": (5, 4), "preset": "printed"},
+        {"shape": (4, 3), "lattice": "hexagonal", "dtype": "float32"},
+        {"shape": (2, 3, 4), "periodic": True, "missing": "ignore"},
+    ],
+    "SOM": [
+        {"shape": (5, 4)},
+        {"shape": (4, 3), "lattice": "hexagonal", "periodic": True},
+        {"shape": (7,), "periodic": True, "bounds": np.array([0.2, 0.8])},
+        {"shape": (2, 3, 2), "horizon": 50},
+        {"shape": (2, 1, 2, 3), "width": 1.5, "random_state": np.random.default_rng(5)},
+    ],
+    "NeuralGas": [{"units": 10}, {"units": 1}],
+    "GrowingNeuralGas": [
+        {"max_units": 20, "insert_every": 10},
+        {"max_units": 20, "insert_every": 7, "max_age": 10, "utility": 2.0},
+    ],
+    "EvolvingSOM": [{"threshold": 0.4, "prune_every": 10, "max_units": 30}, {"threshold": 10.0}],
+    "GrowWhenRequired": [{"max_units": 30}, {"activity_threshold": 0.8, "max_age": 5, "max_units": 20}],
+}
+PUBLIC = [getattr(somatopy.maps, name) for name in somatopy.maps.__all__]
+MAPS = [kind for kind in PUBLIC if inspect.isclass(kind) and issubclass(kind, Map) and not inspect.isabstract(kind)]
+CASES = [
+    pytest.param(kind, parameters, id="-".join([kind.__name__, *(f"{key}={parameters[key]}" for key in parameters)]))
+    for kind in [*MAPS, RunningMeans]
+    for parameters in VARIANTS.get(kind.__name__, [{}])
+]
 
 
-@every_map
-def test_batch_learning_is_repeated_learning_of_one(make: Callable[[], Map]) -> None:
-    """partial_fit, in any pieces, and repeated learn_one agree to the last bit."""
-    one, whole, pieces = make(), make(), make()
-    for x in INPUTS:
-        one.learn_one(x)
-    whole.partial_fit(INPUTS)
-    pieces.partial_fit(INPUTS[:7]).partial_fit(INPUTS[7:8]).partial_fit(INPUTS[8:])
-    assert memory(one) == memory(whole) == memory(pieces)
+@pytest.mark.parametrize(("kind", "parameters"), CASES)
+def test_every_map_keeps_the_laws(kind: Callable[..., Map], parameters: dict[str, Any]) -> None:
+    """Every public map, and the toy, in every kind of lattice and every rule that it has."""
+    check_map(lambda: kind(**parameters))
 
 
-@every_map
-def test_learning_returns_the_winner_before_the_update(make: Callable[[], Map]) -> None:
-    """What learn_one returns is what winner said just before."""
-    learner = make().initialise(3)
-    for x in INPUTS:
-        unit, _ = learner.winner(x)
-        assert learner.learn_one(x) == unit
+def test_no_variant_is_of_a_map_that_is_not_public() -> None:
+    """A map that is renamed takes its variants with it."""
+    assert VARIANTS.keys() <= {kind.__name__ for kind in MAPS}
 
 
-@every_map
-def test_looking_changes_nothing(make: Callable[[], Map]) -> None:
-    """winner, predict, transform, codebook_ and state are pure: learning goes on as if they had not been called."""
-    watched, alone = make().partial_fit(INPUTS[:20]), make().partial_fit(INPUTS[:20])
-    for x in INPUTS[20:]:
-        before = memory(watched)
-        watched.winner(x), watched.predict(INPUTS), watched.transform(INPUTS)
-        watched.codebook_[:] = 7.0
-        assert memory(watched) == before
-        watched.learn_one(x)
-        alone.learn_one(x)
-    assert memory(watched) == memory(alone)
+def test_the_toy_has_under_30_lines() -> None:
+    """A map of one's own takes no more."""
+    assert len(inspect.getsource(RunningMeans).splitlines()) < 30
 
 
-@every_map
-def test_winner_predict_and_transform_agree(make: Callable[[], Map]) -> None:
-    """The winner is the unit of the least distance, and winner tells that distance."""
-    trained = make().fit(INPUTS)
-    distances = trained.transform(INPUTS)
-    np.testing.assert_array_equal(trained.predict(INPUTS), distances.argmin(axis=1))
-    for x, row in zip(INPUTS, distances, strict=True):
-        unit, distance = trained.winner(x)
-        assert unit == row.argmin()
-        assert distance == pytest.approx(row.min(), rel=1e-13)
+@pytest.mark.parametrize("make", [lambda: SOM(shape=(3, 2)), RunningMeans])
+@pytest.mark.parametrize(
+    ("method", "given", "message"),
+    [
+        ("learn_one", [0.0, np.nan, 0.0], r'input\[1\] is nan: values must be finite \(missing="ignore" allows NaN\)'),
+        ("learn_one", [0.0, 0.0, -np.inf], r"input\[2\] is -inf: .* at most 1e\+150 in size; nothing has been learned"),
+        ("winner", [0.0, 1e151, 0.0], r"input\[1\] is 1e\+151: values must be finite"),
+        ("partial_fit", [[0.0, 0.0, 0.0], [1e151, 0.0, 0.0]], r"input\[1, 0\] is 1e\+151: values must be finite"),
+        ("learn_one", [0.0, 0.0], r"learns inputs of shape \(3,\); got shape \(2,\)\. Call initialise\(dims\)"),
+        ("winner", [[0.0, 0.0, 0.0]], r"learns inputs of shape \(3,\); got shape \(1, 3\)"),
+        ("initialise", 0, "dims must be at least 1; got 0"),
+    ],
+)
+def test_refusals_name_place_value_and_fix(make: Callable[[], Map], method: str, given: Any, message: str) -> None:
+    """The message says which value, of which input, what is valid, and that nothing was learned."""
+    learner = make().fit(INPUTS)
+    with pytest.raises(ValueError, match=message):
+        getattr(learner, method)(given)
 
 
-@every_map
-def test_inputs_of_any_kind_are_neither_kept_nor_changed(make: Callable[[], Map]) -> None:
-    """Lists, read-only, strided and Fortran-ordered arrays teach the same; the caller's arrays stay the caller's."""
-    frozen = INPUTS.copy()
-    frozen.flags.writeable = False
-    strided = np.repeat(np.repeat(INPUTS, 2, axis=0), 3, axis=1)[::2, ::3]
-    expected = memory(make().partial_fit(INPUTS))
-    for given in (frozen, strided, np.asfortranarray(INPUTS), INPUTS.tolist()):
-        kept = copy.deepcopy(given)
-        one = make()
-        for x in given:
-            one.learn_one(x)
-        assert memory(one) == memory(make().partial_fit(given)) == expected
-        np.testing.assert_array_equal(given, kept)
+@pytest.mark.parametrize("make", [lambda **p: SOM(shape=(3, 2), **p), RunningMeans])
+def test_an_input_without_any_value_is_refused_by_name(make: Callable[..., Map]) -> None:
+    """missing="ignore" needs one coordinate that was observed."""
+    learner = make(missing="ignore").fit(INPUTS)
+    for call, given, place in (
+        (learner.learn_one, np.full(3, np.nan), r"\[0\]"),
+        (learner.winner, [0.0, np.inf, np.nan], r"\[1\]"),
+        (learner.partial_fit, [[0.0, 0.0, np.nan], [np.nan] * 3], r"\[1, 0\]"),
+    ):
+        with pytest.raises(ValueError, match=rf"input{place} is .*finite or NaN, at least one of an input finite"):
+            call(given)
 
 
-@every_map
-def test_inputs_may_change_after_learning(make: Callable[[], Map]) -> None:
-    """A map keeps no reference to what it was taught."""
-    inputs = INPUTS.copy()
-    learner = make().partial_fit(inputs)
-    learner.learn_one(inputs[0])
-    before = memory(learner)
-    inputs[:] = -5.0
-    assert memory(learner) == before
-
-
-@every_map
-def test_single_precision_inputs_count_as_their_double_values(make: Callable[[], Map]) -> None:
-    """float32 inputs are widened, not computed with."""
-    single = INPUTS.astype(np.float32)
-    one = make()
-    for x in single:
-        one.learn_one(x)
-    assert memory(one) == memory(make().partial_fit(single)) == memory(make().partial_fit(single.astype(np.float64)))
-
-
-@every_map
-def test_restored_maps_learn_on_bit_for_bit(make: Callable[[], Map]) -> None:
-    """State taken in mid-learning, and pickles and copies, continue as the original does."""
-    original = make().partial_fit(INPUTS[:30])
-    restored = make()
-    restored.restore(original.state())
-    twins = [restored, pickle.loads(pickle.dumps(original)), copy.deepcopy(original)]
-    original.partial_fit(INPUTS[30:])
-    for twin in twins:
-        for x in INPUTS[30:]:
-            twin.learn_one(x)
-        assert memory(twin) == memory(original)
-
-
-@every_map
-def test_fit_starts_anew_and_clone_forgets(make: Callable[[], Map]) -> None:
-    """fit after learning equals fit of a new map; a clone has learned nothing."""
-    used = make().partial_fit(INPUTS[::-1])
-    assert memory(used.fit(INPUTS)) == memory(make().fit(INPUTS))
+@pytest.mark.parametrize("x", [1.0, [], [[1.0, 2.0]], np.ones((3, 1))])
+def test_the_first_input_must_be_a_vector(x: Any) -> None:
+    """Its shape is named; the map has not started."""
+    learner = RunningMeans()
+    with pytest.raises(ValueError, match=r"an input must be one vector, shape \(dims,\); got shape"):
+        learner.learn_one(x)
     with pytest.raises(NotFittedError):
-        clone(used).winner(INPUTS[0])
+        learner.state()
 
 
-@every_map
-@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
-def test_bad_values_are_refused_before_anything_changes(make: Callable[[], Map], value: float) -> None:
-    """One bad value, in a batch even behind good inputs, and nothing of the call is learned."""
-    learner = make().partial_fit(INPUTS)
-    before = memory(learner)
-    bad = INPUTS.copy()
-    bad[5, 1] = value
-    for act in (learner.learn_one, learner.winner):
-        with pytest.raises(ValueError):
-            act(bad[5])
-    for act in (learner.partial_fit, learner.predict, learner.transform):
-        with pytest.raises(ValueError):
-            act(bad)
-    assert memory(learner) == before
+@pytest.mark.parametrize("k", [0, 6, -1, 1.5, "2", None])
+def test_winners_names_the_numbers_that_it_takes(k: Any) -> None:
+    """k is from 1 to the number of units."""
+    with pytest.raises(ValueError, match=rf"k must be a whole number from 1 to 5, the units of this map; got {k!r}"):
+        RunningMeans().fit(INPUTS).winners(INPUTS[0], k)
 
 
-@every_map
-@pytest.mark.parametrize("x", [[1.0, 2.0], [1.0], 1.0, [[1.0, 2.0, 3.0]], [], np.ones((3, 1))])
-def test_wrong_lengths_are_refused_before_anything_changes(make: Callable[[], Map], x: ArrayLike) -> None:
-    """Only vectors of the map's own length pass, even where NumPy would broadcast."""
-    learner = make().partial_fit(INPUTS)
-    before = memory(learner)
-    for act in (learner.learn_one, learner.winner):
-        with pytest.raises(ValueError):
-            act(x)
-    assert memory(learner) == before
+@pytest.mark.parametrize(
+    ("parameters", "message"),
+    [
+        ({"dtype": "float16"}, r"unknown dtype 'float16'; valid: \['float64', 'float32'\]"),
+        ({"dtype": "no type"}, r"unknown dtype 'no type'; valid: \['float64', 'float32'\]"),
+        ({"missing": "drop"}, r"unknown missing 'drop'; valid: \['error', 'ignore'\]"),
+    ],
+)
+def test_parameters_of_all_maps_are_refused_by_name(parameters: dict[str, Any], message: str) -> None:
+    """They are checked where learning starts, before anything is drawn."""
+    for start in (lambda toy: toy.initialise(3), lambda toy: toy.learn_one(INPUTS[0]), lambda toy: toy.fit(INPUTS)):
+        with pytest.raises(ValueError, match=message):
+            start(RunningMeans(**parameters))
 
 
-def test_refusal_names_the_place_and_the_value() -> None:
-    """The message says which value, of which input, and that nothing was learned."""
-    with pytest.raises(ValueError, match=r"input\[1, 0\] is nan: inputs must be finite .*nothing has been learned"):
-        raise refuse(np.array([[0.0, 1.0], [np.nan, np.inf]]))
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"codebook": np.zeros(3)}, r"a state needs a codebook of shape \(units, dims\); this one has \['codebook', "),
+        ({"codebook": np.zeros((4, 3))}, r"restored codebook must have shape \(5, 3\) for this map; got \(4, 3\)"),
+        ({"codebook": np.full((5, 3), "a")}, "restored codebook must be of a kind that fits float64; got <U1"),
+        ({"wins": np.full(5, np.inf)}, "restored wins must be finite"),
+        ({"samples_seen": -1}, "restored samples_seen must be a number from 0 up; got -1"),
+        ({"samples_seen": 1.5}, "restored samples_seen must be of a kind that fits int64; got float64"),
+        ({"losses": np.zeros(5)}, r"has \['codebook', 'samples_seen', 'wins'\]; \['losses'\] are missing or unknown"),
+    ],
+)
+def test_states_that_do_not_fit_are_refused_by_name(change: dict[str, Any], message: str) -> None:
+    """The message has the array, what it must be and what it is."""
+    toy = RunningMeans().fit(INPUTS)
+    with pytest.raises(ValueError, match=message):
+        toy.restore(toy.state() | change)
 
 
-def test_feature_names_count_the_units() -> None:
+def test_a_map_without_neighbours_says_so() -> None:
+    """Its topology is an AttributeError that has a reason."""
+    with pytest.raises(AttributeError, match="a RunningMeans has no topology: none of its units are neighbours"):
+        RunningMeans().fit(INPUTS).topology_  # noqa: B018
+
+
+def test_feature_names_are_those_of_the_map() -> None:
     """transform's columns are named after the map and the unit."""
-    assert list(dsom().fit(INPUTS).get_feature_names_out()) == [f"dsom{i}" for i in range(20)]
+    names = DSOM(shape=(5, 4)).fit(INPUTS).get_feature_names_out()
+    assert list(names) == [f"dsom{unit}" for unit in range(20)]
+
+
+def test_transform_chunks_works_on_some_rows_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No part has more distances than are asked for, and the parts together are what transform gives."""
+    monkeypatch.setattr("somatopy.maps.base.CHUNK", 17)
+    toy = RunningMeans().fit(INPUTS)
+    parts = list(toy.transform_chunks(INPUTS))
+    assert {part.size for part in parts} == {15}
+    np.testing.assert_array_equal(np.concatenate(parts), toy.transform(INPUTS))
+    np.testing.assert_array_equal(toy.predict(INPUTS), toy.transform(INPUTS).argmin(axis=1))
+
+
+def test_missing_coordinates_scale_distances_up() -> None:
+    """Of three dimensions one was not observed: the distance in the others times the square root of 3/2."""
+    toy = RunningMeans(missing="ignore").fit(INPUTS)
+    unit, distance = toy.winner([0.3, np.nan, 0.9])
+    assert distance == pytest.approx(np.sqrt(1.5) * np.linalg.norm(toy.code(unit)[[0, 2]] - [0.3, 0.9]))

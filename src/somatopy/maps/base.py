@@ -230,11 +230,10 @@ class Map(ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator, ABC)
             raise ValueError(
                 f"the state of a {type(self).__name__} has {sorted(expected)}; {sorted(wrong)} are missing or unknown"
             )
-        arrays = {name: np.array(state[name], dtype=like.dtype) for name, like in expected.items()}
-        for name, values in arrays.items():
-            if not np.isfinite(values).all():
-                raise ValueError(f"the restored {name} must be finite; it holds a value that is not")
+        arrays = {name: _restored(name, state[name], like.dtype) for name, like in expected.items()}
         self._check_state(arrays, expected)
+        if arrays["samples_seen"].shape or arrays["samples_seen"] < 0:
+            raise ValueError(f"the restored samples_seen must be a number from 0 up; got {arrays['samples_seen']}")
         self._adopt(arrays)
         self.n_features_in_ = codebook.shape[1]
 
@@ -244,7 +243,8 @@ class Map(ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator, ABC)
         `load_map` reads it; learning then goes on bit for bit.
 
         Raises:
-            ValueError: if a parameter is of a kind that JSON has no word for.
+            ValueError: if a parameter is of a kind that JSON has no word for, or what was learned does not fit the
+                parameters, as after a change of `shape` while learning; then nothing has been written.
         """
         from somatopy.maps.storage import save_map
 
@@ -378,3 +378,14 @@ class Map(ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator, ABC)
         tags = super().__sklearn_tags__()
         tags.input_tags.allow_nan = getattr(self, "missing", "error") == "ignore"
         return tags
+
+
+def _restored(name: str, values: ArrayLike, dtype: np.dtype[Any]) -> Array:
+    """A copy of one array of a state, in the type that the map has for it."""
+    given = np.asarray(values)
+    if not np.can_cast(given.dtype, dtype, "same_kind"):
+        raise ValueError(f"the restored {name} must be of a kind that fits {dtype}; got {given.dtype}")
+    restored: Array = given.astype(dtype, copy=True)
+    if not np.isfinite(restored).all():
+        raise ValueError(f"the restored {name} must be finite; it holds a value that is not")
+    return restored

@@ -53,8 +53,8 @@ class Lattice:
 
     Example:
         >>> lattice = Lattice((3, 4), "hexagonal")
-        >>> lattice.units, lattice.distances(0)[4]
-        (12, 1.0)
+        >>> lattice.units, lattice.distances(0)[:8].round(2).tolist()
+        (12, [0.0, 1.0, 2.0, 3.0, 1.0, 1.73, 2.65, 3.61])
     """
 
     shape: tuple[int, ...]

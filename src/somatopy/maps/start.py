@@ -35,7 +35,7 @@ def start_codes(init: ArrayLike, bounds: ArrayLike, units: int, dims: int, rng: 
             raise ValueError(f"init must be 'uniform' or an array (units, dims); got {init!r}")
         low, high = _ranges(bounds, dims)
         return rng.uniform(low, high, (units, dims))
-    codes = np.array(init, dtype=np.float64)
+    codes = _numbers(init)
     if codes.shape != (units, dims):
         raise ValueError(f"init must have shape (units, dims), {(units, dims)} here; got {codes.shape}")
     if not np.isfinite(codes).all():
@@ -43,8 +43,16 @@ def start_codes(init: ArrayLike, bounds: ArrayLike, units: int, dims: int, rng: 
     return codes
 
 
+def _numbers(values: ArrayLike) -> Floats:
+    """A copy of the values as an array; what is no array of numbers becomes NaN, which fits nowhere."""
+    try:
+        return np.array(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        return np.array(np.nan)
+
+
 def _ranges(bounds: ArrayLike, dims: int) -> tuple[Floats, Floats]:
-    ranges = np.asarray(bounds, dtype=np.float64)
+    ranges = _numbers(bounds)
     fits = ranges.shape in ((2,), (dims, 2)) and np.isfinite(ranges).all()
     if not fits or not (ranges[..., 0] < ranges[..., 1]).all():
         raise ValueError(
@@ -81,7 +89,7 @@ def check_number(name: str, value: Any, *, over: float = 0.0, most: float = np.i
     """
     try:
         fits = over < value <= most and isfinite(value)
-    except TypeError:
+    except (TypeError, ValueError):
         fits = False
     if not fits:
         limit = "" if most == np.inf else f" and at most {most:g}"
