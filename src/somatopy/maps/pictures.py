@@ -1,0 +1,317 @@
+"""Pictures of maps, for matplotlib: axes in, axes out. Without axes each function draws in a new figure.
+
+Units on a lattice of one or two axes are drawn as cells, squares or hexagons, row 0 at the top as in an array; units
+that are not on a lattice where their codes are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import ceil, sqrt
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.colors import Normalize
+from matplotlib.ticker import MaxNLocator
+from mpl_toolkits.mplot3d.art3d import Line3DCollection  # type: ignore[import-untyped]
+from numpy.typing import ArrayLike, NDArray
+
+from somatopy.maps.base import Map
+from somatopy.maps.lattice import ROW_HEIGHT, Lattice
+from somatopy.maps.quality import History, winner_counts
+from somatopy.maps.quality.looking import codes_of, topology_of
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = ["codebook", "component_plane", "component_planes", "growth", "hit_map", "u_matrix"]
+
+Floats = NDArray[np.float64]
+
+COLOURS = "cividis"  # reads the same without colour vision, and in grey
+NONE, EDGE, INPUT, UNIT = "#dddddd", "#777777", "#b9c7d6", "#123a8c"
+CORNERS = np.deg2rad(np.arange(30, 390, 60))
+HEXAGON = np.stack([np.cos(CORNERS), np.sin(CORNERS)], axis=1) / np.sqrt(3)  # neighbours are 1 apart
+
+
+def u_matrix(trained: Map, ax: Axes | None = None) -> Axes:
+    """Draw how far neighbours' codes are apart: borders between clusters stand out.
+
+    On a lattice each cell has the mean distance of its unit's code from those of its neighbours, the units one cell
+    away (four on squares, six on hexagons, two on a strip). Of a graph each edge is drawn between its units' codes
+    (the first two dimensions), and has their distance in all dimensions.
+
+    Source: A. Ultsch, H. P. Siemon, Kohonen's self organizing feature maps for exploratory data analysis, INNC 1990.
+
+    Raises:
+        ValueError: if the map has no topology, no edges, or its lattice more than two axes.
+
+    Example:
+        >>> from matplotlib.figure import Figure
+        >>> from somatopy.maps import SOM
+        >>> som = SOM(shape=(2, 2), init=[[0.0], [1.0], [2.0], [3.0]]).initialise(1)
+        >>> u_matrix(som, Figure().subplots()).collections[0].get_array().data
+        array([[1.5, 1.5],
+               [1.5, 1.5]])
+    """
+    topology, codes = topology_of(trained, "U-matrix"), codes_of(trained)
+    edges, label = topology.edges, "distance between neighbours' codes"
+    if not len(edges):
+        raise ValueError("a U-matrix shows distances between neighbours; no units of this map are neighbours")
+    lengths = np.linalg.norm(codes[edges[:, 0]] - codes[edges[:, 1]], axis=1)
+    if not isinstance(topology, Lattice):
+        return _coloured_edges(ax, codes, edges, lengths, label)
+    degrees = np.bincount(edges.ravel(), minlength=len(codes))
+    return _cells(ax, topology, np.bincount(edges.ravel(), np.repeat(lengths, 2), len(codes)) / degrees, label)
+
+
+def component_plane(trained: Map, dim: int, ax: Axes | None = None) -> Axes:
+    """Draw one dimension of all codes: where on the map it is large and where it is small.
+
+    Args:
+        trained: a map on a lattice of one or two axes; units that are not on a lattice are drawn at their codes.
+        dim: the dimension, from 0.
+        ax: where to draw.
+
+    Raises:
+        ValueError: if there is no such dimension, or the lattice has more than two axes.
+    """
+    codes = codes_of(trained)
+    _check_dims(codes, (dim,))
+    return _units(trained, ax, codes[:, dim], f"dimension {dim} of the codes")
+
+
+def component_planes(trained: Map, axes: Any = None) -> NDArray[Any]:
+    """Draw every dimension of the codes; see `component_plane`.
+
+    Args:
+        trained: a map on a lattice of one or two axes.
+        axes: as many axes as there are dimensions, in any array; None makes them.
+
+    Returns:
+        The axes, shape (dims,).
+
+    Raises:
+        ValueError: if there are fewer axes than dimensions.
+    """
+    dims = codes_of(trained).shape[1]
+    drawn = _new_axes(dims) if axes is None else np.array(axes, dtype=object).ravel()
+    if len(drawn) < dims:
+        raise ValueError(f"{dims} dimensions need as many axes; got {len(drawn)}")
+    return np.array([component_plane(trained, dim, drawn[dim]) for dim in range(dims)], dtype=object)
+
+
+def hit_map(trained: Map, X: ArrayLike, ax: Axes | None = None) -> Axes:
+    """Draw how many of the inputs X (n, dims) each unit wins. Units that win none, the dead ones, are grey.
+
+    Raises:
+        ValueError: if the inputs do not fit, or the lattice has more than two axes.
+    """
+    counts = winner_counts(trained, X)
+    return _units(trained, ax, counts.astype(np.float64), "inputs won", least=1)
+
+
+def codebook(trained: Map, ax: Axes | None = None, dims: Sequence[int] = (0, 1), X: ArrayLike | None = None) -> Axes:
+    """Draw the codes in input space, with the edges between neighbours if the map has a topology.
+
+    Args:
+        trained: a map of any kind.
+        ax: where to draw; three dimensions need axes with projection="3d".
+        dims: two or three dimensions of the input space.
+        X: inputs to draw beneath, shape (n, dims).
+
+    Raises:
+        ValueError: if there are no such dimensions, or the axes do not have as many.
+    """
+    chosen, codes = list(dims), codes_of(trained)
+    if len(chosen) not in (2, 3):
+        raise ValueError(f"dims must be two or three dimensions; got {dims!r}")
+    _check_dims(codes, chosen)
+    inputs = np.asarray(codes[:0] if X is None else X, dtype=np.float64)
+    if inputs.ndim != 2 or inputs.shape[1] != codes.shape[1]:
+        raise ValueError(f"X must have shape (n, {codes.shape[1]}) for this map; got {inputs.shape}")
+    axes: Any = _plane(ax) if len(chosen) == 2 else _space(ax)
+    if len(inputs):
+        axes.scatter(*inputs[:, chosen].T, s=_size(len(inputs)), color=INPUT, linewidths=0, rasterized=True, zorder=1)
+    points = codes[:, chosen]
+    if hasattr(trained, "topology_"):
+        axes.add_collection(_lines(points[trained.topology_.edges], len(points), colors=EDGE, zorder=2))
+    axes.scatter(*points.T, s=_size(len(points)), color=UNIT, linewidths=0, rasterized=True, zorder=3)
+    return _labelled(axes, chosen)
+
+
+def growth(history: History, axes: Any = None) -> NDArray[Any]:
+    """Draw what `follow` recorded: quantisation error above, number of units below.
+
+    Args:
+        history: inputs learned, units and errors.
+        axes: two axes; None makes them.
+
+    Returns:
+        The two axes.
+
+    Raises:
+        ValueError: if the axes are not two.
+
+    Example:
+        >>> from matplotlib.figure import Figure
+        >>> from somatopy.maps import SOM
+        >>> from somatopy.maps.quality import follow
+        >>> history = follow(SOM(shape=(4, 4)), np.random.default_rng(0).random((500, 2)), every=100)
+        >>> error, units = growth(history, Figure().subplots(2))
+        >>> units.get_ylabel()
+        'units'
+    """
+    drawn = _new_axes(2, columns=1) if axes is None else np.array(axes, dtype=object).ravel()
+    if len(drawn) != 2:
+        raise ValueError(f"growth needs two axes, for error and units; got {len(drawn)}")
+    above, below = drawn
+    above.plot(history.samples, history.error, color=UNIT)
+    above.set(ylabel="quantisation error", ylim=(0, None))
+    below.step(history.samples, history.units, where="post", color=UNIT)
+    below.set(xlabel="inputs learned", ylabel="units", ylim=(0, None))
+    below.yaxis.set_major_locator(MaxNLocator(integer=True))
+    return drawn
+
+
+# Values as colours
+
+
+def _units(trained: Map, ax: Axes | None, values: Floats, label: str, least: float = -np.inf) -> Axes:
+    """Colour each unit by its value, grey below `least`: cells of a lattice, else points at the codes."""
+    codes, topology = codes_of(trained), getattr(trained, "topology_", None)
+    if isinstance(topology, Lattice):
+        return _cells(ax, topology, values, label, least)
+    _check_dims(codes, (0, 1))
+    axes, places, size = _plane(ax), codes[:, :2], 4 * _size(len(codes))
+    if topology is not None:
+        axes.add_collection(_lines(places[topology.edges], len(codes), colors=NONE, zorder=1))
+    points = axes.scatter(
+        places[:, 0], places[:, 1], size, values, linewidths=0, rasterized=True, zorder=2, **_scale(values, least)
+    )
+    return _labelled(_with_bar(axes, points, label), (0, 1))
+
+
+def _cells(ax: Axes | None, lattice: Lattice, values: Floats, label: str, least: float = -np.inf) -> Axes:
+    """Colour each cell of a lattice by its value, grey below `least`."""
+    if len(lattice.shape) > 2:
+        raise ValueError(
+            f"cells are drawn of lattices of one or two axes; this one has shape {lattice.shape}. "
+            "codebook draws its codes and edges"
+        )
+    axes, (rows, columns) = _plane(ax), (1, *lattice.shape)[-2:]
+    if lattice.hexagonal:
+        corners = lattice.positions[:, None, ::-1] + HEXAGON
+        cells: Any = PolyCollection(corners, array=values, edgecolors="face", lw=0.2, rasterized=True)
+        cells.set(**_scale(values, least))
+        axes.add_collection(cells)
+        axes.autoscale_view()
+    else:
+        borders = np.arange(columns + 1) - 0.5, np.arange(rows + 1) - 0.5
+        cells = axes.pcolormesh(*borders, values.reshape(rows, columns), rasterized=True, **_scale(values, least))
+    _numbered(axes, lattice, rows, columns)
+    return _with_bar(axes, cells, label, "horizontal" if rows == 1 else "vertical")
+
+
+def _numbered(axes: Axes, lattice: Lattice, rows: int, columns: int) -> None:
+    """Rows and columns beside the cells, row 0 on top; a strip has units."""
+    axes.grid(False)
+    axes.set_xticks(_ticks(columns))
+    if rows == 1:
+        axes.set(xlabel="unit", yticks=[])
+        axes.set_box_aspect(0.12)
+        return
+    places = _ticks(rows)
+    axes.set_yticks(places * (ROW_HEIGHT if lattice.hexagonal else 1.0), [str(row) for row in places])
+    axes.set(xlabel="column", ylabel="row", aspect="equal")
+    if not axes.yaxis_inverted():
+        axes.invert_yaxis()
+
+
+def _ticks(count: int) -> NDArray[np.int64]:
+    ticks = np.asarray(MaxNLocator(6, integer=True).tick_values(0, max(count - 1, 1)))
+    return np.unique(ticks[(ticks >= 0) & (ticks < count)].astype(np.int64))
+
+
+def _coloured_edges(ax: Axes | None, codes: Floats, edges: NDArray[np.int64], lengths: Floats, label: str) -> Axes:
+    """Draw edges at their units' codes, coloured by length."""
+    _check_dims(codes, (0, 1))
+    axes = _plane(ax)
+    lines = _lines(codes[edges][:, :, :2], len(codes), array=lengths, **_scale(lengths))
+    lines.set_linewidth(2 * lines.get_linewidth()[0])
+    axes.add_collection(lines)
+    axes.autoscale_view()
+    return _labelled(_with_bar(axes, lines, label), (0, 1))
+
+
+def _scale(values: Floats, least: float = -np.inf) -> dict[str, Any]:
+    """Colours from the least value, or `least`, to the greatest."""
+    low, high = max(values.min(), least), values.max()
+    return {"cmap": colormaps[COLOURS].with_extremes(under=NONE), "norm": Normalize(low, max(low, high))}
+
+
+def _with_bar(axes: Axes, drawn: Any, label: str, orientation: str = "vertical") -> Axes:
+    """Say beside the axes what the colours mean."""
+    beneath = "min" if drawn.get_array().min() < drawn.norm.vmin else "neither"
+    bar: Any = axes.figure.colorbar(drawn, ax=axes, label=label, orientation=orientation, extend=beneath)
+    bar.outline.set_visible(False)
+    return axes
+
+
+# Axes
+
+
+def _plane(ax: Axes | None) -> Axes:
+    if ax is None:
+        drawn: Axes = _new_axes(1)[0]
+        return drawn
+    if ax.name == "3d":
+        raise ValueError("two dimensions need plain axes, as figure.add_subplot() makes; these are 3-D")
+    return ax
+
+
+def _space(ax: Axes | None) -> Axes:
+    if ax is None:
+        drawn: Axes = _new_axes(1, projection="3d")[0]
+        return drawn
+    if ax.name != "3d":
+        raise ValueError('three dimensions need axes that figure.add_subplot(projection="3d") makes; these are plain')
+    return ax
+
+
+def _new_axes(count: int, columns: int | None = None, **options: Any) -> NDArray[Any]:
+    """Axes in a new figure, in as many columns as rows or one more."""
+    from matplotlib import pyplot  # only here: it looks for a screen
+
+    columns = columns or ceil(sqrt(count))
+    rows = -(-count // columns)
+    size = (5.0, 4.2) if count == 1 else (3.4 * columns, 2.8 * rows)
+    figure = pyplot.figure(figsize=size, layout="constrained")
+    return np.array([figure.add_subplot(rows, columns, k + 1, **options) for k in range(count)], dtype=object)
+
+
+def _labelled(axes: Any, dims: Sequence[int]) -> Axes:
+    """Name the dimensions; what is equally far is drawn so, since that is how the map sees it."""
+    for axis, dim in zip("xyz", dims, strict=False):
+        axes.set(**{f"{axis}label": f"dimension {dim}"})
+    axes.set_aspect("equal", adjustable="datalim")
+    labelled: Axes = axes
+    return labelled
+
+
+def _check_dims(codes: Floats, dims: Sequence[int]) -> None:
+    if wrong := [dim for dim in dims if isinstance(dim, bool) or dim not in range(codes.shape[1])]:
+        raise ValueError(f"the codes have dimensions 0 to {codes.shape[1] - 1}; got {wrong[0]!r}")
+
+
+def _lines(segments: Floats, units: int, **options: Any) -> Any:
+    """Edges (edges, 2, dims) in a plane or in space; thin where there are many units."""
+    kind: Any = LineCollection if segments.shape[2] == 2 else Line3DCollection
+    return kind(segments, linewidths=np.clip(25 / sqrt(units), 0.2, 1.2), rasterized=True, **options)
+
+
+def _size(count: int) -> float:
+    """Area of one of so many points."""
+    return float(np.clip(4000 / max(count, 1), 0.5, 16))
