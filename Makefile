@@ -3,7 +3,7 @@ SETUP := sh scripts/setup.sh
 BIN   := .venv/bin
 ARGS  ?=
 
-.PHONY: help reproduce test lint gl
+.PHONY: help reproduce test lint bench gl
 .DEFAULT_GOAL := help
 
 help:  ## this list
@@ -22,6 +22,9 @@ lint: .venv/ready-test  ## ruff and mypy
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 
+bench: .venv/ready-bench  ## speed of all maps beside other packages; options by ARGS="--sides 30"
+	$(BIN)/python benchmarks/maps.py $(ARGS)
+
 gl: | .venv/ready
 	@$(SETUP) gl
 
@@ -30,3 +33,6 @@ gl: | .venv/ready
 
 .venv/ready-test: pyproject.toml scripts/setup.sh .venv/ready
 	@$(SETUP) packages test
+
+.venv/ready-bench: pyproject.toml scripts/setup.sh .venv/ready
+	@$(SETUP) packages bench

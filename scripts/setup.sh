@@ -1,6 +1,6 @@
 #!/bin/sh
 # Prepares this folder; the Makefile calls it, and it may be run again at any time.
-#   setup.sh packages [EXTRA]   .venv with somatopy (editable) and what it needs; EXTRA: test
+#   setup.sh packages [EXTRA]   .venv with somatopy (editable) and what it needs; EXTRA: test, bench
 #   setup.sh gl                 OpenGL without a display, for the rendered eye
 #   setup.sh osmesa             the fallback too, where it can be had, for its tests
 #   setup.sh browser            Chromium and its driver, for the tests of the report
