@@ -227,6 +227,8 @@ def broken_states(state: dict[str, Any]) -> dict[str, tuple[dict[str, Any], str]
         "crowd": ({"codebook": np.zeros((2000, 2))}, r"has [02] to 1000 units; got 2000"),
         "seen": ({"samples_seen": np.array(-1)}, "samples_seen must be"),
     }
+    if "fade" in state:
+        broken["fade"] = ({"fade": np.array(0.0)}, "the restored fade must be from 0.001 to 1.0; got 0.0")
     for name in state.keys() & {"ages", "errors", "utilities", "habituation"}:
         broken[name] = ({name: state[name] - 1e6}, f"the restored {name} must be from 0 to")
         broken[f"few {name}"] = ({name: state[name][1:]}, f"the restored {name} must have shape")

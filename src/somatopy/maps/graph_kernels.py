@@ -17,12 +17,14 @@ from somatopy._jit import jit
 from somatopy.maps.kernels import all_usable, first_least, squared_distances
 
 __all__ = [
+    "LEAST_FADE",
     "SEEN",
     "UNITS",
     "WIDEST",
     "Net",
     "add_unit",
     "drop_older",
+    "fade",
     "grow_older",
     "join",
     "move",
@@ -41,6 +43,7 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Short = NDArray[np.int32]
 
+LEAST_FADE = 1e-3  # values to be multiplied by less are multiplied, so that sums of the largest inputs stay finite
 UNITS, SEEN, WIDEST = range(3)  # places in the counts: units, inputs learned, most neighbours that a unit ever had
 
 
@@ -50,6 +53,7 @@ class Net(NamedTuple):
     Attributes:
         codes: shape (padded dims, capacity).
         values: what else a unit remembers, shape (kinds, capacity).
+        fade: what the values are yet to be multiplied by, shape (1,).
         links: neighbours of each unit in rising order, shape (capacity, width).
         ages: age of the edge to each, the same shape.
         degrees: neighbours that each unit has, shape (capacity,).
@@ -59,6 +63,7 @@ class Net(NamedTuple):
 
     codes: Array
     values: Floats
+    fade: Floats
     links: Short
     ages: Short
     degrees: Short
@@ -220,6 +225,17 @@ def grow_older(net: Net, unit: int) -> None:
         other = neighbour(net, unit, i)
         net.ages[unit, i] += 1
         net.ages[other, _place(net, other, unit)] += 1
+
+
+@jit
+def fade(net: Net, decay: float) -> None:
+    """Multiply all values by `decay`: one number for all, which they take over when it gets too small."""
+    net.fade[0] *= decay
+    if net.fade[0] < LEAST_FADE:
+        for kind in range(net.values.shape[0]):
+            for unit in range(net.counts[UNITS]):
+                net.values[kind, unit] *= net.fade[0]
+        net.fade[0] = 1.0
 
 
 @jit

@@ -20,6 +20,7 @@ from somatopy.maps.graph_kernels import (
     Net,
     add_unit,
     drop_older,
+    fade,
     grow_older,
     join,
     move,
@@ -146,13 +147,13 @@ def learn_growing_neural_gas(
         x = samples[t]
         winner, second = nearest_two(net, x, dims)
         grow_older(net, winner)
-        net.values[ERROR, winner] += net.work[winner]
+        net.values[ERROR, winner] += net.work[winner] / net.fade[0]
         move(net, winner, x, rule.learning_rate)
         for i in range(net.degrees[winner]):
             move(net, neighbour(net, winner, i), x, rule.neighbour_rate)
         join(net, winner, second, NEW)
         if rule.utility > 0:
-            net.values[UTILITY, winner] += net.work[second] - net.work[winner]
+            net.values[UTILITY, winner] += (net.work[second] - net.work[winner]) / net.fade[0]
         drop_older(net, winner, rule.max_age)
         net.counts[SEEN] += 1
         if net.counts[SEEN] % rule.insert_every == 0:
@@ -160,10 +161,7 @@ def learn_growing_neural_gas(
                 _remove_useless(net, rule.utility)
             if net.counts[UNITS] < rule.max_units:
                 _insert_by_error(net, rule.error_share)
-        for kind in range(2 if rule.utility > 0 else 1):
-            values = net.values[kind]
-            for unit in range(net.counts[UNITS]):
-                values[unit] *= rule.decay
+        fade(net, rule.decay)
     return samples.shape[0], winner
 
 

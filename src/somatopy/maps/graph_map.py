@@ -12,7 +12,7 @@ from sklearn.utils.validation import check_is_fitted
 
 from somatopy.maps.base import Map
 from somatopy.maps.graph import Graph
-from somatopy.maps.graph_kernels import SEEN, UNITS, WIDEST, Net, nearest_units
+from somatopy.maps.graph_kernels import LEAST_FADE, SEEN, UNITS, WIDEST, Net, nearest_units
 from somatopy.maps.kernels import LANES, padded_dims
 
 __all__ = ["GraphMap"]
@@ -21,8 +21,8 @@ Array = NDArray[Any]
 Integers = NDArray[np.int64]
 
 WIDTH = 8  # edges that each unit has room for at first
-OLDEST = 2**30  # ages are counted in 32 bits
 STEP = 4  # and how many more there is room for where one unit has more: few units ever have many
+RANGES = {"ages": (0, 2**30), "fade": (LEAST_FADE, 1.0)}  # what is restored beside codes; ages are counted in 32 bits
 
 
 class GraphMap(Map):
@@ -34,6 +34,7 @@ class GraphMap(Map):
 
     VALUES: ClassVar[tuple[str, ...]] = ()
     AGED: ClassVar[bool] = True  # whether its edges have ages
+    FADES: ClassVar[bool] = False  # whether its values fade
     LEAST: ClassVar[int] = 0  # units
     max_units: int
     _net: Net
@@ -120,19 +121,16 @@ class GraphMap(Map):
         net, (edges, ages) = self._net, _listed(self._net)
         values = {name: net.values[i, : self._units] for i, name in enumerate(self.VALUES)}
         aged = {"ages": ages} if self.AGED else {}
-        return {
-            "codebook": self._codes(),
-            "edges": edges,
-            **aged,
-            **values,
-            "samples_seen": net.counts[SEEN].reshape(()),
-        }
+        faded = {"fade": net.fade.reshape(())} if self.FADES else {}
+        seen = {"samples_seen": net.counts[SEEN].reshape(())}
+        return {"codebook": self._codes(), "edges": edges, **aged, **values, **faded, **seen}
 
     def _edgeless(self, codebook: Array) -> dict[str, Array]:
         """The state of units that have no edges."""
         aged = {"ages": np.empty(0, dtype=np.int64)} if self.AGED else {}
         values = {name: np.zeros(len(codebook)) for name in self.VALUES}
-        return {"codebook": codebook, "edges": np.empty((0, 2), dtype=np.int64), **aged, **values}
+        faded = {"fade": np.array(1.0)} if self.FADES else {}
+        return {"codebook": codebook, "edges": np.empty((0, 2), dtype=np.int64), **aged, **values, **faded}
 
     def _check_state(self, arrays: dict[str, Array], expected: dict[str, Array]) -> None:
         units, edges = len(arrays["codebook"]), arrays["edges"]
@@ -142,15 +140,15 @@ class GraphMap(Map):
             Graph(units, edges)
         except ValueError as error:
             raise ValueError(f"the restored edges do not fit: {error}") from error
-        shapes = {"samples_seen": (), "ages": (len(edges),)} | {name: (units,) for name in self.VALUES}
+        shapes = {"samples_seen": (), "fade": (), "ages": (len(edges),)} | {name: (units,) for name in self.VALUES}
         for name in arrays.keys() & shapes.keys():
             if arrays[name].shape != shapes[name]:
                 raise ValueError(
                     f"the restored {name} must have shape {shapes[name]} for this state; got {arrays[name].shape}"
                 )
-            most = OLDEST if name == "ages" else np.inf
-            if ((arrays[name] < 0) | (arrays[name] > most)).any():
-                raise ValueError(f"the restored {name} must be from 0 to {most}; got {arrays[name].tolist()}")
+            least, most = RANGES.get(name, (0, np.inf))
+            if ((arrays[name] < least) | (arrays[name] > most)).any():
+                raise ValueError(f"the restored {name} must be from {least} to {most}; got {arrays[name].tolist()}")
 
     def _lanes(self) -> Array:
         return self._net.codes[: self.n_features_in_, : self._units]
@@ -176,7 +174,7 @@ def _net(arrays: dict[str, Array], values: list[Array]) -> Net:
     places = np.arange(len(ends)) - np.repeat(np.cumsum(degrees) - degrees, degrees)
     net.links[ends[:, 0], places], net.ages[ends[:, 0], places] = ends[:, 1], both_ages
     net.codes[:dims, :units], net.degrees[:units] = codebook.T, degrees
-    net.counts[:] = units, int(arrays["samples_seen"]), widest
+    net.counts[:], net.fade[:] = (units, int(arrays["samples_seen"]), widest), arrays.get("fade", 1.0)
     for row, value in zip(net.values, values, strict=True):
         row[:units] = value
     return net
@@ -186,6 +184,7 @@ def _empty(padded: int, kinds: int, capacity: int, width: int, precision: np.dty
     return Net(
         codes=np.zeros((padded, capacity), precision),
         values=np.zeros((kinds, capacity)),
+        fade=np.ones(1),
         links=np.zeros((capacity, width), dtype=np.int32),
         ages=np.zeros((capacity, width), dtype=np.int32),
         degrees=np.zeros(capacity, dtype=np.int32),
@@ -202,7 +201,7 @@ def _roomier(net: Net) -> Net:
     roomy = _empty(padded, len(net.values), more, wider, net.codes.dtype)
     roomy.codes[:, :capacity], roomy.values[:, :capacity] = net.codes, net.values
     roomy.links[:capacity, :width], roomy.ages[:capacity, :width] = net.links, net.ages
-    roomy.degrees[:capacity], roomy.counts[:] = net.degrees, net.counts
+    roomy.degrees[:capacity], roomy.counts[:], roomy.fade[:] = net.degrees, net.counts, net.fade
     return roomy
 
 

@@ -38,8 +38,9 @@ class GrowingNeuralGas(GraphMap):
     mean of those of :math:`q` and :math:`f`. The unit :math:`i` of least utility goes if :math:`\max E > k U_i`.
     Descriptions differ in how often this is asked; here it is each :math:`\lambda` inputs, before a unit is added.
 
-    Two units are always left, which may have no edge once utility took the one between them. Where a unit
-    is removed, the last one takes its number. Of equals, the first counts.
+    Two units are always left, which may have no edge once utility took the one between them. Where a unit is removed,
+    the last one takes its number. Of equals, the first counts. The errors and utilities in `state()` are yet to be
+    multiplied by its "fade": step 7 changes this one number, and all of them only now and then.
 
     Sources: B. Fritzke, A growing neural gas network learns topologies, NIPS 7, 1995 (its step order and
     :math:`\alpha`, :math:`d`, :math:`\lambda`, :math:`\varepsilon_n`); B. Fritzke, A self-organizing network that can
@@ -72,6 +73,7 @@ class GrowingNeuralGas(GraphMap):
     """
 
     VALUES = ("errors", "utilities")
+    FADES = True
     LEAST = 2
 
     def __init__(
