@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from math import isfinite
 from typing import Any
 
@@ -107,13 +108,23 @@ def check_units(name: str, value: Any, *, least: int = 1) -> None:
 
 
 def fading_schedule(learning_rate: Any, width: Any, horizon: Any) -> Floats:
-    """First and last learning rate, first and last width, horizon, as the kernels take them.
+    """First and last learning rate, first and last width, horizon, as the kernels take them; not to be written to.
 
     Raises:
         ValueError: if one is not valid.
     """
+    try:
+        return _known_schedule(learning_rate, width, horizon)
+    except TypeError:  # lists and arrays cannot be remembered
+        return _schedule(learning_rate, width, horizon)
+
+
+def _schedule(learning_rate: Any, width: Any, horizon: Any) -> Floats:
     check_number("horizon", horizon)
     return np.array([*fading("learning_rate", learning_rate, most=1), *fading("width", width), horizon])
+
+
+_known_schedule = lru_cache(maxsize=128)(_schedule)  # it is asked for at every input
 
 
 @jit
