@@ -22,7 +22,7 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 DSOM_PRESETS = ("rougier", "schillaci2016", "printed")
-ROUGIER, SCHILLACI = range(2)
+ROUGIER, SCHILLACI, PRINTED = range(3)  # places in the presets
 LEAST = 1e-300  # what is divided by stays above 0
 U = np.uint64
 
@@ -156,7 +156,7 @@ def _pull_by_gaussian(
 
 
 @jit
-def _pull_by_ratio(
+def _pull_each(
     codes: Array,
     geometry: Floats,
     x: Array,
@@ -167,46 +167,23 @@ def _pull_by_ratio(
     tables: Array,
     rate: float,
     scale: float,
+    own: bool,
 ) -> None:
-    """Pull the codes around lane `at` by rate * their distance * exp(-lattice distance / scale)."""
+    """Pull the codes around lane `at` by rate * their distance * exp(-lattice distance / scale).
+
+    By their `own` distance the exponential is exp(-lattice distance^2 / (scale * their distance^2)), of all codes.
+    """
     lanes = codes.shape[2]
-    row, column, limit = at // lanes, at % lanes, (NEGLIGIBLE * scale) ** 2
+    row, column, limit = at // lanes, at % lanes, np.inf if own else (NEGLIGIBLE * scale) ** 2
     found, shift = _rows_in_reach(geometry, row, limit, rows, apart), geometry[-1, 3]
     for i in range(found):
         other = rows[i]
         centre = column + (shift * ((row % 2) - (other % 2)) if shift > 0.0 else 0.0)
         start, stop = _columns_in_reach(geometry, centre, limit, tables[0])
         for lane in range(start, stop):
-            away = sqrt(apart[i] + tables[0, lane])
-            tables[2, lane] = min(sqrt(squared[other * lanes + lane]) * rate * exp(-away / scale), 1.0)
-        _pull(codes, x, other, start, stop, tables[2])
-
-
-@jit
-def _pull_by_own_distance(
-    codes: Array,
-    geometry: Floats,
-    x: Array,
-    squared: Array,
-    at: int,
-    rows: Integers,
-    apart: Floats,
-    tables: Array,
-    rate: float,
-    scale: float,
-) -> None:
-    """Pull all codes by rate * their distance * exp(-lattice distance^2 / (scale * their distance^2))."""
-    lanes = codes.shape[2]
-    row, column = at // lanes, at % lanes
-    found, shift = _rows_in_reach(geometry, row, np.inf, rows, apart), geometry[-1, 3]
-    for i in range(found):
-        other = rows[i]
-        centre = column + (shift * ((row % 2) - (other % 2)) if shift > 0.0 else 0.0)
-        start, stop = _columns_in_reach(geometry, centre, np.inf, tables[0])
-        for lane in range(start, stop):
-            own = squared[other * lanes + lane]
-            away = (apart[i] + tables[0, lane]) / max(scale * own, LEAST)
-            tables[2, lane] = sqrt(own) * rate * exp(-away)
+            away, distance = apart[i] + tables[0, lane], squared[other * lanes + lane]
+            decay = away / max(scale * distance, LEAST) if own else sqrt(away) / scale
+            tables[2, lane] = min(sqrt(distance) * rate * exp(-decay), 1.0)
         _pull(codes, x, other, start, stop, tables[2])
 
 
@@ -253,17 +230,14 @@ def learn_dsom(
         nearest = float(work[at])
         if nearest == 0.0:
             continue
-        if preset == SCHILLACI:
-            scale = max(elasticity * elasticity * sqrt(nearest), LEAST)
-            _pull_by_ratio(codes, geometry, x, work, at, found, apart, tables, rate, scale)
-            continue
-        pace = rate / sqrt(memory[0])
+        pace, squared_elasticity = rate / sqrt(memory[0]), elasticity * elasticity
         if preset == ROUGIER:
-            scale = max(elasticity * elasticity * (nearest / memory[0]), LEAST)
+            scale = max(squared_elasticity * (nearest / memory[0]), LEAST)
             _pull_by_gaussian(codes, geometry, x, work, at, found, apart, tables, pace, scale, True)
         else:
-            scale = elasticity * elasticity / memory[0]
-            _pull_by_own_distance(codes, geometry, x, work, at, found, apart, tables, pace, scale)
+            own = preset == PRINTED
+            scale = squared_elasticity / memory[0] if own else max(squared_elasticity * sqrt(nearest), LEAST)
+            _pull_each(codes, geometry, x, work, at, found, apart, tables, pace if own else rate, scale, own)
     return unit_at(at, lanes, int(geometry[-1, 0]))
 
 
