@@ -58,7 +58,9 @@ def draw(axes: Axes, places: list[int], found: list[dict[tuple[str, str], float]
     axes.set(xscale="log", yscale="log")
     axes.xaxis.set_major_locator(FixedLocator(places))
     axes.xaxis.set_minor_locator(FixedLocator([]))
-    axes.xaxis.set_major_formatter(FuncFormatter(lambda place, _: f"{place:,.0f}"))
+    axes.xaxis.set_major_formatter(
+        FuncFormatter(lambda place, _: f"{place / 1000:g}k" if place >= 1000 else f"{place:g}")
+    )
     axes.yaxis.set_major_formatter(FuncFormatter(lambda cost, _: f"{cost:,g}"))
 
 

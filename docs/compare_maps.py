@@ -1,6 +1,6 @@
 """Compare all maps on distributions that stand still, move, grow and lose a part; rewrites docs/maps/comparison.md.
 
-Each map has at most 64 units and sees 20,000 inputs; every number is a mean over seeds with its standard error.
+Each map has at most 64 units and sees 20,000 inputs; errors are medians over seeds, with least and greatest.
 
 Example: python docs/compare_maps.py --seeds 5
 """
@@ -105,9 +105,8 @@ def compare(seeds: int) -> dict[str, dict[str, Outcome]]:
 
 
 def spread(values: Floats, scale: float) -> str:
-    """Mean and standard error."""
-    error = scale * np.std(values, ddof=1) / np.sqrt(len(values)) if len(values) > 1 else 0.0
-    return f"{scale * np.mean(values):.2f} ± {error:.2f}"
+    """Median, least and greatest."""
+    return f"{scale * np.median(values):.2f} ({scale * values.min():.2f} to {scale * values.max():.2f})"
 
 
 def table(found: dict[str, dict[str, Outcome]]) -> str:
@@ -125,30 +124,32 @@ def table(found: dict[str, dict[str, Outcome]]) -> str:
 
 
 def draw_codebooks(found: dict[str, dict[str, Outcome]]) -> None:
-    figure, axes = plt.subplots(len(found), len(MAPS), figsize=(2.1 * len(MAPS), 2.2 * len(found)), squeeze=False)
+    """What each map of the last seed looked like at the end, on what was drawn then."""
+    size = 1.9 * len(MAPS), 2.0 * len(found)
+    figure, axes = plt.subplots(len(found), len(MAPS), figsize=size, squeeze=False, layout="constrained")
     for row, (kind, outcomes) in zip(axes, found.items(), strict=True):
-        for ax, (name, outcome) in zip(row, outcomes.items(), strict=True):
-            inputs = DISTRIBUTIONS[kind](np.random.default_rng(0), 1500, 1.0)
+        inputs = DISTRIBUTIONS[kind](np.random.default_rng(0), 1500, 1.0)
+        for ax, outcome in zip(row, outcomes.values(), strict=True):
             codebook(outcome.last, ax=ax, X=inputs)
-            ax.set(xlim=(-0.05, 1.05), ylim=(-0.05, 1.05), xticks=[], yticks=[], xlabel="", ylabel="", aspect="equal")
-            ax.set_title(name if row is axes[0] else "", fontsize=10)
+            ax.set(xlim=(-0.05, 1.05), ylim=(-0.05, 1.05), xticks=[], yticks=[], xlabel="", ylabel="")
         row[0].set_ylabel(kind, fontsize=11)
-    figure.tight_layout()
+    for ax, name in zip(axes[0], MAPS, strict=True):
+        ax.set_title(name, fontsize=10)
     figure.savefig(PICTURES / "comparison.png", dpi=90)
 
 
 def draw_errors(found: dict[str, dict[str, Outcome]]) -> None:
-    figure, axes = plt.subplots(1, len(found), figsize=(4 * len(found), 3.6), sharey=True)
+    """Median error of all seeds over time."""
+    figure, axes = plt.subplots(1, len(found), figsize=(3.6 * len(found), 3.6), sharey=True, layout="constrained")
     inputs = np.arange(EVERY, INPUTS + 1, EVERY)
     for ax, (kind, outcomes) in zip(axes, found.items(), strict=True):
         for number, (name, outcome) in enumerate(outcomes.items()):
             colour, dashes = mpl.colormaps["tab10"](number), "--" if "," in name else "-"
-            ax.plot(inputs, np.mean(outcome.errors, axis=0), color=colour, linestyle=dashes, label=name)
+            ax.plot(inputs, np.median(outcome.errors, axis=0), color=colour, linestyle=dashes, label=name)
         ax.set(yscale="log", xlabel="inputs learned", title=kind)
         ax.grid(alpha=0.3)
     axes[0].set_ylabel("mean squared error")
-    axes[-1].legend(fontsize=8, loc="upper left", bbox_to_anchor=(1.01, 1), frameon=False)
-    figure.tight_layout()
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside right upper", fontsize=9, frameon=False)
     figure.savefig(PICTURES / "comparison_errors.png", dpi=90)
 
 
@@ -158,9 +159,12 @@ def main() -> None:
     seeds = parser.parse_args().seeds
     mpl.use("Agg")
     found = compare(seeds)
-    result = f"{table(found)}\n\nMeans over {seeds} seeds, with standard errors."
+    result = f"{table(found)}\n\nErrors: median of {seeds} seeds (least to greatest). The rest: means.\n"
     page = PAGE.read_text(encoding="utf-8")
-    filled = re.sub("(<!-- results -->\n).*(\n<!-- end -->)", lambda m: m[1] + result + m[2], page, flags=re.DOTALL)
+    filled, places = re.subn(
+        "(<!-- results -->\n).*(<!-- end -->)", lambda m: m[1] + result + m[2], page, flags=re.DOTALL
+    )
+    assert places == 1, f"{PAGE} has no place for the results"
     PAGE.write_text(filled, encoding="utf-8")
     PICTURES.mkdir(parents=True, exist_ok=True)
     draw_codebooks(found)

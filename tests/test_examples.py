@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 import runpy
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -15,7 +17,7 @@ from somatopy.bodies import Anatomy
 from somatopy.experiment import Description
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
-TESTED = {"forked_experiment", "own_learner", "paper_in_ten_lines", "read_a_run"}
+TESTED = {"forked_experiment", "own_learner", "own_map", "paper_in_ten_lines", "read_a_run"}
 
 Example = Callable[..., str]
 
@@ -60,6 +62,20 @@ def test_own_learner(example: Example) -> None:
     printed = example("own_learner", "0.1")
     assert printed.startswith("QuadraticGaze keeps the contract")
     assert len(re.findall(r"(HebbianLearner|QuadraticGaze) saw the hand in [\d.]+% of 0.1 minutes", printed)) == 2
+
+
+def test_own_map() -> None:
+    """It keeps the contract; both maps are scored. It runs by itself, since pickle looks its class up by its module."""
+    command = [sys.executable, EXAMPLES / "own_map.py"]
+    printed = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    assert printed.startswith("RecentMeans keeps the laws of maps")
+    assert len(re.findall(r"(RecentMeans|NeuralGas): error 0\.\d+, and 0\.\d+ where the inputs", printed)) == 2
+
+
+def test_the_page_on_own_maps_shows_the_example() -> None:
+    """Its class is that of the program, to the letter."""
+    shown = (EXAMPLES.parent / "docs" / "maps" / "own_map.md").read_text().split("```python\n")[1].split("```")[0]
+    assert shown in (EXAMPLES / "own_map.py").read_text()
 
 
 def test_forked_experiment(example: Example, tmp_path: Path) -> None:

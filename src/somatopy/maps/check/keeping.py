@@ -89,7 +89,8 @@ def goes_on_from_files_and_copies(maps: Maps) -> None:
     """Saving, pickling and copying lose nothing."""
     with law(
         "from a file, a pickle or a copy learning goes on bit for bit, at every stage",
-        "keep all that learning changes in _learned, and parameters that are numbers, text or arrays",
+        "keep all that learning changes in _learned, parameters that are numbers, text or arrays, and the class at the "
+        "top of a module, where pickle finds it",
     ) as holds:
         stages = {
             "unfitted": maps.new(),
