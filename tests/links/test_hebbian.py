@@ -193,3 +193,23 @@ def test_bad_states_are_refused(change: dict[str, Any], message: str) -> None:
     with pytest.raises(ValueError, match=r"lacks \['link_post'\]; it has"):
         links.restore({name: np.array(value) for name, value in good.items() if name != "link_post"})
     assert same(links.state(), before)
+
+
+@pytest.mark.parametrize("nodes", [3, 3000])
+@pytest.mark.parametrize("node", [1.0, "1", None, -1, 3000, [1]])
+def test_what_is_no_node_is_refused_by_name(nodes: int, node: Any) -> None:
+    """Nodes are whole numbers, in small tables and in large ones."""
+    links = HebbianLinks(nodes, nodes, PositiveHebb())
+    for call in (links.row, lambda i: links.strongest(i, 0.5), lambda i: links.update(i, 0, 0.5, 1.0)):
+        with pytest.raises(ValueError, match=rf"i must be a node of the first map, 0 to {nodes - 1}; got "):
+            call(node)
+    with pytest.raises(ValueError, match=rf"j must be a node of the second map, 0 to {nodes - 1}; got "):
+        links.update(0, node, 0.5, 1.0)
+    assert not links.used()[0].size
+
+
+@pytest.mark.parametrize("weight", [["heavy"], [1j], [None], [np.nan]])
+def test_links_that_are_no_numbers_are_refused(weight: list[Any]) -> None:
+    """Text, complex numbers and objects are no links."""
+    with pytest.raises(ValueError, match="link_weight must be finite numbers"):
+        HebbianLinks(3, 3, PositiveHebb()).restore({"link_pre": [0], "link_post": [1], "link_weight": weight})

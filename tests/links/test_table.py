@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tracemalloc
 from collections.abc import Callable
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -102,8 +103,23 @@ def test_a_rule_that_refuses_leaves_the_table(kind: Any) -> None:
 
 def test_only_the_class_that_has_the_update_can_say_that_it_is_local() -> None:
     """Who overrides `update` and says nothing has not inherited the promise; who does not override it has."""
-    assert is_local(PositiveHebb) and is_local(type("Renamed", (PositiveHebb,), {}))
-    assert not is_local(NormalisedHebb) and not is_local(Centring)
+    assert is_local(PositiveHebb()) and is_local(type("Renamed", (PositiveHebb,), {})())
+    assert not is_local(NormalisedHebb()) and not is_local(Centring())
+
+
+@KINDS
+def test_a_rule_may_have_its_update_anywhere(kind: Any) -> None:
+    """On the object itself, where the promise of its class does not hold, or on an object of no class of its own."""
+
+    def fill(row: Any, j: int, activation: float, target: float) -> None:
+        row[:] = activation
+
+    changed = PositiveHebb()
+    changed.update = fill  # type: ignore[method-assign]
+    for rule in (changed, SimpleNamespace(update=fill, state=dict, restore=lambda state: None)):
+        table = filled(kind, [[0, 3, 0], [2, 0, 0]])
+        table.update(rule, 0, 1, 0.5, 1.0)  # type: ignore[arg-type]
+        np.testing.assert_array_equal(rows_of(table, 2), [[0.5, 0.5, 0.5], [2, 0, 0]])
 
 
 def test_small_tables_are_arrays_and_large_ones_are_not() -> None:

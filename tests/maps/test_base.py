@@ -3,17 +3,34 @@
 from __future__ import annotations
 
 import inspect
+import pickle
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
+import sklearn
 from numpy.typing import NDArray
 from sklearn.exceptions import NotFittedError
 
 import somatopy.maps
-from somatopy.maps import DSOM, SOM, Map
-from somatopy.maps.check import check_map
+from somatopy.contract import same
+from somatopy.maps import (
+    DSOM,
+    SOM,
+    EvolvingSOM,
+    GrowingNeuralGas,
+    GrowWhenRequired,
+    Map,
+    NeuralGas,
+    check_map,
+    load_map,
+)
+from somatopy.maps.quality import quality
 
 INPUTS = np.random.default_rng(1).random((60, 3))
 
@@ -98,8 +115,16 @@ def test_the_toy_has_under_30_lines() -> None:
         ("winner", [0.0, 1e151, 0.0], r"input\[1\] is 1e\+151: values must be finite"),
         ("partial_fit", [[0.0, 0.0, 0.0], [1e151, 0.0, 0.0]], r"input\[1, 0\] is 1e\+151: values must be finite"),
         ("learn_one", [0.0, 0.0], r"learns inputs of shape \(3,\); got shape \(2,\)\. Call initialise\(dims\)"),
+        ("learn_one", [0.0, 1j, 0.0], "inputs are real numbers; got complex ones"),
+        (
+            "partial_fit",
+            [[0.0, np.nan, 0.0]],
+            r'input\[0, 1\] is nan: values must be finite \(missing="ignore" allows NaN',
+        ),
+        ("fit", [[0.0, np.inf, 0.0]], r"input\[0, 1\] is inf: values must be finite"),
+        ("initialise", 2.5, "dims must be a whole number, at least 1; got 2.5"),
         ("winner", [[0.0, 0.0, 0.0]], r"learns inputs of shape \(3,\); got shape \(1, 3\)"),
-        ("initialise", 0, "dims must be at least 1; got 0"),
+        ("initialise", 0, "dims must be a whole number, at least 1; got 0"),
     ],
 )
 def test_refusals_name_place_value_and_fix(make: Callable[[], Map], method: str, given: Any, message: str) -> None:
@@ -200,3 +225,162 @@ def test_missing_coordinates_scale_distances_up() -> None:
     toy = RunningMeans(missing="ignore").fit(INPUTS)
     unit, distance = toy.winner([0.3, np.nan, 0.9])
     assert distance == pytest.approx(np.sqrt(1.5) * np.linalg.norm(toy.code(unit)[[0, 2]] - [0.3, 0.9]))
+
+
+# What is asked of every kind of map, beyond the laws
+
+KINDS: list[Callable[..., Map]] = [
+    partial(SOM, shape=(3, 2)),
+    partial(GrowingNeuralGas, insert_every=5, max_units=9),
+    partial(GrowWhenRequired, max_units=9),
+    RunningMeans,
+]
+every_kind = pytest.mark.parametrize("make", KINDS)
+
+
+def named(names: str, inputs: Any = INPUTS) -> pd.DataFrame:
+    return pd.DataFrame(np.asarray(inputs)[:, : len(names)], columns=list(names))
+
+
+@every_kind
+def test_a_fit_that_is_refused_changes_nothing(make: Callable[..., Map]) -> None:
+    """Neither codes nor the number and names of columns are those of the refused inputs."""
+    learner = make(random_state=0).fit(named("abc"))
+    before, found = learner.state(), learner.predict(named("abc"))
+    for inputs in (named("xyz", INPUTS * 1e200), named("xy", np.full((5, 2), np.nan)), named("xy") * np.inf):
+        with pytest.raises(ValueError, match="values must be finite"):
+            learner.fit(inputs)
+    with pytest.raises(ValueError, match="unknown dtype"):
+        learner.set_params(dtype="int8").fit(named("xy"))
+    assert same(learner.set_params(dtype="float64").state(), before)
+    assert same(learner.predict(named("abc")), found)
+
+
+@every_kind
+def test_names_of_columns_are_kept_as_long_as_they_hold(make: Callable[..., Map], tmp_path: Path) -> None:
+    """Files have them; a new start without names, or a state of other dims, has none."""
+    learner = make(random_state=0).partial_fit(named("abc"))
+    learner.save(tmp_path / "map.npz")
+    with pytest.raises(ValueError, match="feature names"):
+        load_map(tmp_path / "map.npz").predict(named("cba"))
+    other = make(random_state=0).fit(INPUTS[:, :2]).state()
+    assert not hasattr(learner.initialise(2), "feature_names_in_")
+    learner.fit(named("abc")).restore(other)
+    assert not hasattr(learner, "feature_names_in_")
+
+
+@every_kind
+@pytest.mark.parametrize("offset", [1e4, 1e7])
+def test_distances_are_as_exact_beside_gaps_and_far_from_0(make: Callable[..., Map], offset: float) -> None:
+    """An offset that all inputs have, or a gap in another row, leaves distances what they are."""
+    learner = make(missing="ignore", random_state=0).fit(INPUTS)
+    state = learner.state()
+    learner.restore(state | {"codebook": state["codebook"] + offset})
+    inputs, codes = offset + INPUTS, learner.codebook_
+    expected = np.sqrt(((inputs[:, None] - codes) ** 2).sum(axis=2))
+    np.testing.assert_allclose(learner.transform(inputs), expected, rtol=1e-12)
+    inputs[0, 1] = np.nan
+    np.testing.assert_allclose(learner.transform(inputs)[1:], expected[1:], rtol=1e-12)
+    observed = np.sqrt(1.5 * ((inputs[0] - codes)[:, [0, 2]] ** 2).sum(axis=1))
+    np.testing.assert_allclose(learner.transform(inputs)[0], observed, rtol=1e-12)
+    for x, row in zip(inputs, learner.transform(inputs), strict=True):
+        assert learner.winner(x) == (learner.winners(x)[0][0], learner.winners(x)[1][0]) == (row.argmin(), row.min())
+
+
+@every_kind
+def test_a_map_may_be_asked_in_many_threads(make: Callable[..., Map]) -> None:
+    """Looking shares no room."""
+    learner, many = make(random_state=0).fit(INPUTS), np.random.default_rng(2).random((4000, 3))
+    expected = learner.predict(many).tolist()
+    with ThreadPoolExecutor(4) as pool:
+        assert list(pool.map(lambda x: learner.winner(x)[0], many)) == expected
+
+
+@every_kind
+def test_arrays_that_cannot_be_written_are_learned_on_in(make: Callable[..., Map]) -> None:
+    """Processes of joblib are given such ones."""
+    learner = make(random_state=0).fit(INPUTS[:30])
+    buffers: list[pickle.PickleBuffer] = []
+    packed = pickle.dumps(learner, protocol=5, buffer_callback=buffers.append)
+    frozen = pickle.loads(packed, buffers=[bytes(buffer) for buffer in buffers])
+    assert same(frozen.partial_fit(INPUTS[30:]).state(), learner.partial_fit(INPUTS[30:]).state())
+
+
+@pytest.mark.parametrize(
+    ("make", "change", "message"),
+    [
+        (DSOM, {"learning_rate": 50.0}, "learning_rate must be a finite number over 0 and at most 1; got 50.0"),
+        (SOM, {"width": -1}, "width must be a finite number over 0"),
+        (NeuralGas, {"horizon": 0}, "horizon must be a finite number over 0"),
+        (GrowingNeuralGas, {"insert_every": 0}, "insert_every must be a whole number, at least 1; got 0"),
+        (GrowingNeuralGas, {"max_age": 10**20}, "max_age must be at most 2147483647; got 100000000000000000000"),
+        (EvolvingSOM, {"threshold": np.nan}, "threshold must be a finite number over 0; got nan"),
+        (GrowWhenRequired, {"tau": 0}, "tau must be a finite number over 0; got 0"),
+        *((kind, {"missing": "Ignore"}, "unknown missing 'Ignore'") for kind in MAPS),
+    ],
+)
+def test_parameters_that_are_set_later_are_checked_too(make: Any, change: dict[str, Any], message: str) -> None:
+    """Learning goes on with what is valid, and with nothing else."""
+    learner = make(random_state=0).partial_fit(INPUTS)
+    before = learner.state()
+    for learn, given in ((learner.partial_fit, INPUTS), (learner.learn_one, INPUTS[0])):
+        with pytest.raises(ValueError, match=message):
+            learner.set_params(**change) and learn(given)
+    assert same(learner.state(), before)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{"shape": (6, 4)}, {"shape": (3, 3)}, {"lattice": "hexagonal"}, {"periodic": True}, {"preset": "printed"}],
+)
+def test_the_lattice_of_a_start_holds_until_the_next(change: dict[str, Any], tmp_path: Path) -> None:
+    """A lattice that is asked for later changes nothing, until the map starts anew; nor can it be saved meanwhile."""
+    dsom, twin = (DSOM(shape=(4, 6), random_state=0).partial_fit(INPUTS) for _ in range(2))
+    dsom.set_params(**change)
+    assert dsom.topology_ == twin.topology_
+    assert same(dsom.partial_fit(INPUTS).state(), twin.partial_fit(INPUTS).state())
+    (name,) = change
+    with pytest.raises(ValueError, match=rf"{name} is .* now, but the map has started with .*: set it back"):
+        dsom.save(tmp_path / "map.npz")
+    assert not list(tmp_path.iterdir())
+    assert same(dsom.fit(INPUTS).state(), DSOM(**{"shape": (4, 6), "random_state": 0} | change).fit(INPUTS).state())
+
+
+@pytest.mark.parametrize("shape", [3, None, (), ("a", "b")])
+@pytest.mark.parametrize("make", [SOM, DSOM])
+def test_shapes_that_are_none_are_refused_by_name(make: Callable[..., Map], shape: Any) -> None:
+    """Whatever else is given."""
+    with pytest.raises(ValueError, match="shape must be one to four whole numbers"):
+        make(shape=shape).fit(INPUTS)
+
+
+@pytest.mark.parametrize(("dtype", "code"), [("float32", 1e39), ("float32", 1e16), ("float64", 1e151)])
+def test_start_codes_that_the_precision_cannot_hold_are_refused(dtype: str, code: float) -> None:
+    """Their squares would be infinite."""
+    with pytest.raises(ValueError, match=r"start codes must be at most 1e\+\d+ in size for float"):
+        SOM(shape=(2,), init=np.full((2, 3), code), dtype=dtype).fit(INPUTS)
+
+
+def test_single_precision_holds_the_largest_inputs_in_many_dimensions() -> None:
+    """Distances of inputs that are taken are finite."""
+    large = np.full((2, 5000), 1e15) * [[1.0], [-1.0]]
+    dsom = DSOM(shape=(2, 2), dtype="float32", random_state=0).fit(large * 0.99)
+    assert np.isfinite(dsom.transform(large * 0.99)).all() and np.isfinite(dsom.state()["running_max_squared"])
+
+
+def test_tables_are_given_where_tables_are_asked_for() -> None:
+    """pandas output of transform, and measures that do not mind it."""
+    som = SOM(shape=(3, 2), random_state=0).fit(INPUTS).set_output(transform="pandas")
+    plain = SOM(shape=(3, 2), random_state=0).fit(INPUTS)
+    assert list(som.transform(INPUTS).columns) == [f"som{unit}" for unit in range(6)]
+    assert quality(som, INPUTS) == quality(plain, INPUTS)
+    with sklearn.config_context(transform_output="pandas"):
+        check_map(RunningMeans)
+
+
+def test_a_map_without_units_gives_no_distances() -> None:
+    """Not in pieces either."""
+    empty = EvolvingSOM().initialise(3)
+    for look in (empty.transform, lambda X: list(empty.transform_chunks(X)), empty.predict):
+        with pytest.raises(NotFittedError, match="no units yet"):
+            look(INPUTS)

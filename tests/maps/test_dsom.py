@@ -195,7 +195,7 @@ def test_wrong_length_is_named() -> None:
     dsom = DSOM(shape=(3, 3)).initialise(4)
     with pytest.raises(ValueError, match=r"inputs of shape \(4,\); got shape \(2,\)"):
         dsom.learn_one([0.1, 0.2])
-    with pytest.raises(ValueError, match="dims must be at least 1; got 0"):
+    with pytest.raises(ValueError, match="dims must be a whole number, at least 1; got 0"):
         dsom.initialise(0)
 
 

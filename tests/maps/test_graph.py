@@ -79,12 +79,22 @@ def test_removing_an_edge_opens_a_loop_or_parts_the_graph(graph: Graph) -> None:
         ([[1, 1]], r"got \[1, 1\]"),
         ([[-1, 1]], r"got \[-1, 1\]"),
         ([[0, 1], [0, 1]], "each pair of units has at most one edge"),
+        ([[0.4, 1.9]], "edges must be pairs of whole numbers, the units; got float64"),
     ],
 )
 def test_edges_that_are_none_are_refused(edges: list[list[int]], message: str) -> None:
     """The error shows the first edge that is wrong."""
     with pytest.raises(ValueError, match=message):
         Graph(3, edges)
+
+
+def test_units_that_are_none_are_refused() -> None:
+    """Neither fewer than none, nor neighbours of units that there are not."""
+    with pytest.raises(ValueError, match="units must be a whole number, at least 0; got -1"):
+        Graph(-1, [])
+    for pair in ((0, 7), (-1, 0)):
+        with pytest.raises(IndexError, match="units are 0 to 4; got "):
+            Graph(5, [(1, 2)]).adjacent(*pair)
 
 
 # Known shapes

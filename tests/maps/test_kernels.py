@@ -73,12 +73,12 @@ def test_winner_is_the_first_of_the_nearest(
     codebook, samples = draw(rows * columns, dims).astype(dtype), draw(3, dims).astype(dtype)
     sheet, found = Sheet.of(codebook, columns), np.empty(3, dtype=np.int64)
     distances = np.sqrt(((samples[:, None].astype(float) - codebook) ** 2).sum(axis=2))
-    winners(sheet.codes, sheet.columns, dims, sheet.work, sheet.padded(samples), found)
+    winners(sheet.codes, sheet.columns, dims, sheet.padded(samples), found)
     if coarse:
         np.testing.assert_array_equal(found, distances.argmin(axis=1))
     rounding = 20 * float(np.finfo(dtype).eps)
     np.testing.assert_allclose(distances[range(3), found], distances.min(axis=1), rtol=rounding)
-    unit, distance = nearest(sheet.codes, sheet.columns, dims, False, sheet.work, sheet.padded(samples))
+    unit, distance = nearest(sheet.codes, sheet.columns, dims, False, sheet.padded(samples))
     assert unit == found[0]
     assert distance == pytest.approx(distances[0].min(), rel=rounding)
 
@@ -130,4 +130,4 @@ def test_an_unusable_input_has_no_winner(dtype: str) -> None:
     sheet = Sheet.of(np.zeros((6, 2), dtype), 3)
     for missing, x in ((False, [0.0, np.nan]), (True, [np.nan, np.nan]), (True, [np.inf, np.nan])):
         padded = sheet.padded(np.array([x], dtype))
-        assert nearest(sheet.codes, 3, 2, missing, sheet.work, padded) == (-1, 0.0)
+        assert nearest(sheet.codes, 3, 2, missing, padded) == (-1, 0.0)

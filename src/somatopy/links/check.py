@@ -71,7 +71,7 @@ def _is_local(make: Make, size: int, whole_row: bool) -> None:
         "link j of its row",
         "write row[j] only, or do not say local = True, and say check_rule(..., whole_row=True)",
     )
-    whole_row = whole_row and not is_local(type(make()))
+    whole_row = whole_row and not is_local(make())
     if whole_row:
         allowed, fix = "its row", "write into the row only, not into what it is a view of"
     table, rule = np.full((3, size), 0.5), make()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from operator import index
 from typing import Any
 
 import numpy as np
@@ -57,10 +58,8 @@ class HebbianLinks:
         Raises:
             ValueError: if i or j is not a node, or a value is not finite; then nothing has changed.
         """
-        self._check_node(i)
-        if not 0 <= j < self.n_post:
-            raise ValueError(f"j must be a node of the second map, 0 to {self.n_post - 1}; got {j!r}")
-        self._table.update(self.rule, i, j, activation, target)
+        pre, post = _node("i", i, "first", self.n_pre), _node("j", j, "second", self.n_post)
+        self._table.update(self.rule, pre, post, activation, target)
 
     def strongest(self, i: int, u: float) -> int:
         """The node j with the greatest link from node i. Changes nothing.
@@ -75,8 +74,7 @@ class HebbianLinks:
         """
         if not 0 <= u < 1:
             raise ValueError(f"u must be a number in [0, 1); got {u!r}")
-        self._check_node(i)
-        return self._table.strongest(i, u)
+        return self._table.strongest(_node("i", i, "first", self.n_pre), u)
 
     def row(self, i: int) -> Floats:
         """The links of node i, shape (n_post,): they cannot be written; copy what must not follow later learning.
@@ -84,8 +82,7 @@ class HebbianLinks:
         Raises:
             ValueError: if i is not a node.
         """
-        self._check_node(i)
-        row = self._table.row(i).view()
+        row = self._table.row(_node("i", i, "first", self.n_pre)).view()
         row.flags.writeable = False
         return row
 
@@ -115,10 +112,6 @@ class HebbianLinks:
         )
         self._table = table
 
-    def _check_node(self, i: int) -> None:
-        if not 0 <= i < self.n_pre:
-            raise ValueError(f"i must be a node of the first map, 0 to {self.n_pre - 1}; got {i!r}")
-
     def _check_links(self, pre: NDArray[Any], post: NDArray[Any], weight: NDArray[Any]) -> None:
         if not (pre.ndim == 1 and pre.shape == post.shape == weight.shape):
             shapes = ", ".join(f"{name} {array.shape}" for name, array in zip(ARRAYS, (pre, post, weight), strict=True))
@@ -128,7 +121,18 @@ class HebbianLinks:
                 raise ValueError(f"{name} must hold whole numbers, the nodes; got {nodes.dtype}")
             if wrong := nodes[(nodes < 0) | (nodes >= count)].tolist():
                 raise ValueError(f"{name} must hold nodes, 0 to {count - 1}; got {wrong[0]!r}")
-        if not np.isfinite(weight).all():
-            raise ValueError("link_weight must be finite; it holds a value that is not")
+        if weight.dtype.kind not in "fiu" or not np.isfinite(weight).all():
+            raise ValueError(f"link_weight must be finite numbers; got {weight.dtype}, or a value that is not finite")
         if (np.diff(pre.astype(np.int64) * self.n_post + post) <= 0).any():
             raise ValueError("links must be in the order of link_pre, then link_post, each link once; they are not")
+
+
+def _node(name: str, node: Any, which: str, count: int) -> int:
+    """A node as an int, once it is known to be one."""
+    try:
+        number = index(node)
+    except TypeError:
+        number = -1
+    if not 0 <= number < count:
+        raise ValueError(f"{name} must be a node of the {which} map, 0 to {count - 1}; got {node!r}")
+    return number

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import cache
-from operator import index
 from typing import Any, Protocol
 
 import numpy as np
@@ -110,10 +109,14 @@ class DenseTable:
         self._links[pre, post] = weight
 
 
-@cache
-def is_local(rule: type) -> bool:
+def is_local(rule: Rule) -> bool:
     """Whether the class that has the rule's `update` says `local = True`: not inherited by another `update`."""
-    owner = next(kind for kind in rule.__mro__ if "update" in vars(kind))
+    return "update" not in getattr(rule, "__dict__", {}) and _says_local(type(rule))
+
+
+@cache
+def _says_local(kind: type) -> bool:
+    owner = next((parent for parent in kind.__mro__ if "update" in vars(parent)), object)
     return bool(vars(owner).get("local", False))
 
 
@@ -141,7 +144,7 @@ class SparseTable:
 
     def update(self, rule: Rule, i: int, j: int, activation: float, target: float) -> None:
         """Let the rule change row i, unless it refuses."""
-        i, local, row = index(i), is_local(type(rule)), self._whole
+        local, row = is_local(rule), self._whole
         nodes, links = self._rows.get(i, NO_LINKS)
         row[nodes] = links
         try:
@@ -168,7 +171,7 @@ class SparseTable:
 
     def strongest(self, i: int, u: float) -> int:
         """Of the nodes with the greatest link from i, in their order, the one at the share u."""
-        nodes, links = self._rows.get(index(i), NO_LINKS)
+        nodes, links = self._rows.get(i, NO_LINKS)
         greatest = links.max(initial=-np.inf if nodes.size == self._n_post else 0.0)
         if greatest == 0.0:
             return self._zero(nodes[links != 0.0], u)
@@ -183,7 +186,7 @@ class SparseTable:
 
     def row(self, i: int) -> Floats:
         """A copy of row i."""
-        nodes, links = self._rows.get(index(i), NO_LINKS)
+        nodes, links = self._rows.get(i, NO_LINKS)
         row = np.zeros(self._n_post)
         row[nodes] = links
         return row

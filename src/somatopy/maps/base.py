@@ -5,17 +5,18 @@ from __future__ import annotations
 import os
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
-from typing import Any, Protocol, Self
+from copy import deepcopy
+from typing import Any, ClassVar, Protocol, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.spatial.distance import cdist
 from sklearn.base import BaseEstimator, ClassNamePrefixFeaturesOutMixin, TransformerMixin
 from sklearn.exceptions import NotFittedError
-from sklearn.metrics.pairwise import nan_euclidean_distances
 from sklearn.utils.validation import check_is_fitted, validate_data
 
+from somatopy.maps.distances import squared_distances
 from somatopy.maps.kernels import LARGEST, LARGEST_SINGLE
+from somatopy.maps.start import check_units
 
 __all__ = ["Map", "Topology"]
 
@@ -70,6 +71,9 @@ class Map(ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator, ABC)
     missing: str
     random_state: int | np.random.Generator | None
     n_features_in_: int
+    #: Parameters that hold from one start to the next: setting them while the map learns changes nothing until then.
+    FIXED: ClassVar[tuple[str, ...]] = ("dtype",)
+    _fixed: dict[str, Any]
     _learned: dict[str, Array]
 
     # What a concrete map gives
@@ -105,10 +109,9 @@ class Map(ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator, ABC)
         Raises:
             ValueError: if a parameter is not valid, or does not fit `dims`.
         """
-        if dims < 1:
-            raise ValueError(f"dims must be at least 1; got {dims!r}")
-        self._adopt(self._template(dims, np.random.default_rng(self.random_state)))
-        self.n_features_in_ = dims
+        check_units("dims", dims)
+        self._begin(self._template(int(dims), np.random.default_rng(self.random_state)))
+        self.__dict__.pop("feature_names_in_", None)
         return self
 
     def learn_one(self, x: ArrayLike) -> int:
@@ -129,22 +132,27 @@ class Map(ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator, ABC)
             ValueError: if X has not two axes and `n_features_in_` columns, or holds NaN or infinities; then nothing
                 has changed.
         """
-        fresh = not self.__sklearn_is_fitted__()
-        samples = self._validated(X, reset=fresh)
-        if fresh:
-            self.initialise(samples.shape[1])
-        self._learn(samples)
+        if not self.__sklearn_is_fitted__():
+            return self.fit(X)
+        self._learn(self._validated(X, reset=False))
         return self
 
     def fit(self, X: ArrayLike, y: object = None) -> Self:
         """Start anew and learn the rows of X (n, dims) once, in their order.
 
         Raises:
-            ValueError: if X has not two axes, or holds NaN or infinities, or a parameter is not valid.
+            ValueError: if X has not two axes, or holds NaN or infinities, or a parameter is not valid; then nothing
+                has changed.
         """
-        samples = self._validated(X, reset=True)
-        self.initialise(samples.shape[1])
-        self._learn(samples)
+        before = dict(vars(self))
+        try:
+            samples = self._validated(X, reset=True)
+            self._begin(self._template(samples.shape[1], np.random.default_rng(self.random_state)))
+            self._learn(samples)
+        except BaseException:
+            self.__dict__.clear()
+            self.__dict__.update(before)
+            raise
         return self
 
     # Looking
@@ -185,11 +193,11 @@ class Map(ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator, ABC)
             ValueError: if the length is wrong, a value is not finite, or the map has fewer than k units.
         """
         check_is_fitted(self)
-        distances = self._distances(self._sample(x)[None])[0]
-        if not (isinstance(k, (int, np.integer)) and 1 <= k <= distances.size):
-            raise ValueError(f"k must be a whole number from 1 to {distances.size}, the units of this map; got {k!r}")
-        units = np.argsort(distances, kind="stable")[:k]
-        return units, distances[units]
+        squared = self._squared(self._sample(x)[None])[0]
+        if not (isinstance(k, (int, np.integer)) and 1 <= k <= squared.size):
+            raise ValueError(f"k must be a whole number from 1 to {squared.size}, the units of this map; got {k!r}")
+        units = np.argsort(squared, kind="stable")[:k]
+        return units, np.sqrt(squared[units])
 
     def predict(self, X: ArrayLike) -> Integers:
         """The winner of each row of X (n, dims), shape (n,). Changes nothing."""
@@ -205,7 +213,7 @@ class Map(ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator, ABC)
         """What `transform` gives, some rows at a time, so that memory does not grow with X."""
         check_is_fitted(self)
         samples = self._validated(X, reset=False)
-        rows = max(1, CHUNK // len(self._codes()))
+        rows = self._chunk()
         for start in range(0, len(samples), rows):
             yield self._distances(samples[start : start + rows])
 
@@ -234,8 +242,9 @@ class Map(ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator, ABC)
         self._check_state(arrays, expected)
         if arrays["samples_seen"].shape or arrays["samples_seen"] < 0:
             raise ValueError(f"the restored samples_seen must be a number from 0 up; got {arrays['samples_seen']}")
-        self._adopt(arrays)
-        self.n_features_in_ = codebook.shape[1]
+        if self.__dict__.get("n_features_in_") != codebook.shape[1]:
+            self.__dict__.pop("feature_names_in_", None)
+        self._begin(arrays)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the map to one .npz file: parameters as JSON, all that was learned as arrays, nothing pickled.
@@ -255,22 +264,36 @@ class Map(ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator, ABC)
 
     def _template(self, dims: int, rng: np.random.Generator) -> dict[str, Array]:
         """What `_start` gives, in the map's precision, with the number of inputs."""
-        precision, _ = self._checked()
+        precision = self._checked()
         arrays = self._start(dims, rng)
-        codebook = np.array(arrays["codebook"], dtype=precision)
+        codebook = np.array(arrays["codebook"], dtype=np.float64)
+        if not (np.abs(codebook) <= LIMITS[precision]).all():
+            raise ValueError(f"start codes must be at most {LIMITS[precision]:g} in size for {precision}")
+        codebook = codebook.astype(precision)
         return {**arrays, "codebook": codebook, "samples_seen": np.array(0)}
 
-    def _checked(self) -> tuple[str, bool]:
-        """The precision, and whether values may be missing, once both parameters are known to be valid."""
+    def _checked(self) -> str:
+        """The precision that is asked for, if there is such a one."""
         try:
             precision = np.dtype(self.dtype).name
         except TypeError:
             precision = ""
         if precision not in LIMITS:
             raise ValueError(f"unknown dtype {self.dtype!r}; valid: {list(LIMITS)}")
+        self._may_miss()
+        return precision
+
+    def _may_miss(self) -> bool:
+        """Whether values may be missing."""
         if self.missing not in MISSING:
             raise ValueError(f"unknown missing {self.missing!r}; valid: {list(MISSING)}")
-        return precision, self.missing == "ignore"
+        return self.missing == "ignore"
+
+    def _begin(self, arrays: dict[str, Array]) -> None:
+        """Start, or go on, from a whole state."""
+        fixed = {name: deepcopy(getattr(self, name)) for name in self.FIXED}
+        self._fixed, self.n_features_in_ = fixed, arrays["codebook"].shape[1]
+        self._adopt(arrays)
 
     def _check_state(self, arrays: dict[str, Array], expected: dict[str, Array]) -> None:
         """Refuse arrays that do not fit; `expected` is the state of a map that has learned nothing."""
@@ -302,24 +325,35 @@ class Map(ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator, ABC)
 
     def _winners(self, samples: Array) -> Integers:
         """The winner of each usable sample (n, dims)."""
-        rows = max(1, CHUNK // max(len(self._codes()), 1))
-        found = [self._distances(samples[t : t + rows]).argmin(axis=1) for t in range(0, len(samples), rows)]
+        rows = self._chunk()
+        found = [self._squared(samples[t : t + rows]).argmin(axis=1) for t in range(0, len(samples), rows)]
         return np.concatenate(found)
+
+    def _chunk(self) -> int:
+        """How many inputs are looked at together."""
+        return max(1, CHUNK // max(self._units(), 1))
+
+    def _units(self) -> int:
+        """Number of units."""
+        return len(self._codes())
 
     def _distances(self, samples: Array) -> Floats:
         """Euclidean distances of usable samples (n, dims) to the units, shape (n, units)."""
-        codes = self._codes()
-        if not len(codes):
-            raise NotFittedError(f"this {type(self).__name__} has no units yet; let it learn an input first")
-        if np.isnan(samples).any():
-            gaps: Floats = nan_euclidean_distances(samples.astype(np.float64), codes.astype(np.float64))
-            return gaps
-        distances: Floats = cdist(samples, codes)
+        distances: Floats = np.sqrt(self._squared(samples))
         return distances
+
+    def _squared(self, samples: Array) -> Floats:
+        """Their squares, by which winners are found."""
+        self._check_units()
+        return squared_distances(samples, self._codes())
+
+    def _check_units(self) -> None:
+        if not self._units():
+            raise NotFittedError(f"this {type(self).__name__} has no units yet; let it learn an input first")
 
     def _sample(self, x: ArrayLike) -> Array:
         """One usable input (dims,), a copy in the map's precision."""
-        sample = np.array(x, dtype=self._precision())
+        sample = real(x, self._precision())
         if self.__sklearn_is_fitted__() and sample.shape != (self.n_features_in_,):
             raise self._wrong_length(sample)
         if sample.ndim != 1 or sample.size == 0:
@@ -330,21 +364,20 @@ class Map(ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator, ABC)
 
     def _validated(self, X: ArrayLike, *, reset: bool) -> Array:
         """Usable inputs (n, dims) in the map's precision."""
-        finite = "allow-nan" if self.missing == "ignore" else True
-        dtype = self._checked()[0] if reset else self._precision()
-        samples: Array = validate_data(self, X, reset=reset, dtype=dtype, ensure_all_finite=finite)
+        dtype = self._checked() if reset else self._precision()
+        samples: Array = validate_data(self, X, reset=reset, dtype=dtype, ensure_all_finite=False)
         if self._unusable(samples).any():
             raise self._refusal(samples)
         return samples
 
     def _precision(self) -> str:
         """The precision of the codes; before there are any, the one that they will have."""
-        return str(self._codes().dtype) if self.__sklearn_is_fitted__() else self._checked()[0]
+        return np.dtype(self._fixed["dtype"]).name if self.__sklearn_is_fitted__() else self._checked()
 
     def _unusable(self, samples: Array) -> NDArray[np.bool_]:
         """Which values of the samples (..., dims) keep them from being learned."""
         unusable: NDArray[np.bool_] = ~(np.abs(samples) <= LIMITS[samples.dtype.name])
-        if self.missing == "ignore":
+        if self._may_miss():
             absent = np.isnan(samples)
             unusable &= ~absent | absent.all(axis=-1, keepdims=True)
         return unusable
@@ -369,7 +402,12 @@ class Map(ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator, ABC)
 
     @property
     def _n_features_out(self) -> int:
-        return len(self._codes())
+        return self._units()
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        super().__setstate__(state)
+        if self.__sklearn_is_fitted__():
+            self._adopt(self.state())  # in arrays of its own: a worker process is given some that cannot be written
 
     def __sklearn_is_fitted__(self) -> bool:
         return hasattr(self, "_learned")
@@ -378,6 +416,14 @@ class Map(ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator, ABC)
         tags = super().__sklearn_tags__()
         tags.input_tags.allow_nan = getattr(self, "missing", "error") == "ignore"
         return tags
+
+
+def real(x: ArrayLike, dtype: Any) -> Array:
+    """A copy of real numbers, as an array of a type."""
+    given = np.asarray(x)
+    if given.dtype.kind == "c":
+        raise ValueError(f"inputs are real numbers; got complex ones, {x!r}")
+    return given.astype(dtype)
 
 
 def _restored(name: str, values: ArrayLike, dtype: np.dtype[Any]) -> Array:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from somatopy.maps.lattice import Lattice
 from somatopy.maps.lattice_kernels import DSOM_PRESETS, learn_dsom
 from somatopy.maps.sheet import LatticeMap
-from somatopy.maps.start import check_number, start_codes
+from somatopy.maps.start import check_number, remembered, start_codes
 
 __all__ = ["DSOM"]
 
@@ -76,6 +76,7 @@ class DSOM(LatticeMap):
     """
 
     COUNTERS = ("running_max_squared", "samples_seen")
+    FIXED = (*LatticeMap.FIXED, "preset")
 
     def __init__(
         self,
@@ -104,29 +105,38 @@ class DSOM(LatticeMap):
         self.random_state = random_state
 
     def _start(self, dims: int, rng: np.random.Generator) -> dict[str, NDArray[Any]]:
-        if self.preset not in DEFAULTS:
-            raise ValueError(f"unknown preset {self.preset!r}; valid presets: {list(DEFAULTS)}")
-        if self.learning_rate is not None:
-            check_number("learning_rate", self.learning_rate, most=1)
-        if self.elasticity is not None:
-            check_number("elasticity", self.elasticity)
-        codes = start_codes(self.init, self.bounds, self.topology_.units, dims, rng)
+        if self.preset not in DSOM_PRESETS:
+            raise ValueError(f"unknown preset {self.preset!r}; valid presets: {list(DSOM_PRESETS)}")
+        _rates(self.preset, self.learning_rate, self.elasticity)
+        codes = start_codes(self.init, self.bounds, self._asked_lattice().units, dims, rng)
         return {"codebook": codes, "running_max_squared": np.array(0.0)}
 
     def _measured(self, lattice: Lattice) -> NDArray[np.float64]:
-        return lattice.geometry(normalised=self.preset != "schillaci2016")
+        return lattice.geometry(normalised=self._fixed["preset"] != "schillaci2016")
 
     def _run(self, samples: NDArray[Any]) -> int:
-        sheet, (rate, elasticity) = self._sheet, DEFAULTS[self.preset]
+        sheet, preset = self._sheet, self._fixed["preset"]
         return learn_dsom(
             sheet.codes,
             self._geometry,
             sheet.dims,
-            self.missing == "ignore",
+            self._may_miss(),
             self._memory,
             sheet.work,
             samples,
-            float(rate if self.learning_rate is None else self.learning_rate),
-            float(elasticity if self.elasticity is None else self.elasticity),
-            DSOM_PRESETS.index(self.preset),
+            *_rates(preset, self.learning_rate, self.elasticity),
+            DSOM_PRESETS.index(preset),
         )
+
+
+@remembered
+def _rates(preset: str, learning_rate: float | None, elasticity: float | None) -> tuple[float, float]:
+    """Learning rate and elasticity: the preset's own where they are not given."""
+    rate, elastic = DEFAULTS[preset]
+    if learning_rate is not None:
+        check_number("learning_rate", learning_rate, most=1)
+        rate = float(learning_rate)
+    if elasticity is not None:
+        check_number("elasticity", elasticity)
+        elastic = float(elasticity)
+    return rate, elastic

@@ -9,6 +9,8 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components, dijkstra
 
+from somatopy.maps.start import check_units
+
 __all__ = ["Graph"]
 
 Floats = NDArray[np.float64]
@@ -38,7 +40,11 @@ class Graph:
     edges: Integers
 
     def __post_init__(self) -> None:
-        edges = np.array(self.edges, dtype=np.int64)
+        check_units("units", self.units, least=0)
+        given = np.asarray(self.edges)
+        if given.size and given.dtype.kind not in "iu":
+            raise ValueError(f"edges must be pairs of whole numbers, the units; got {given.dtype}")
+        edges = given.astype(np.int64)
         if edges.size == 0:
             edges = edges.reshape(0, 2)
         if edges.ndim != 2 or edges.shape[1] != 2:
@@ -52,8 +58,14 @@ class Graph:
         object.__setattr__(self, "edges", edges)
 
     def adjacent(self, a: ArrayLike, b: ArrayLike) -> NDArray[np.bool_]:
-        """Whether an edge joins units a and b."""
+        """Whether an edge joins units a and b.
+
+        Raises:
+            IndexError: if there is no such unit.
+        """
         one, other = np.asarray(a, dtype=np.int64), np.asarray(b, dtype=np.int64)
+        if not all(((units >= 0) & (units < self.units)).all() for units in (one, other)):
+            raise IndexError(f"units are 0 to {self.units - 1}; got {a!r} and {b!r}")
         pairs = np.minimum(one, other) * self.units + np.maximum(one, other)
         return np.isin(pairs, self.edges[:, 0] * self.units + self.edges[:, 1])
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from somatopy._jit import jit
-from somatopy.maps.kernels import all_usable, first_least, squared_distances
+from somatopy.maps.kernels import first_least, squared_distances
 
 __all__ = [
     "LEAST_FADE",
@@ -30,7 +30,6 @@ __all__ = [
     "move",
     "nearest_of",
     "nearest_two",
-    "nearest_units",
     "neighbour",
     "part",
     "remove_lonely",
@@ -98,16 +97,6 @@ def nearest_two(net: Net, x: Array, dims: int) -> tuple[int, int]:
     if second == first:  # all others are infinitely far
         second = 0 if first else 1
     return first, second
-
-
-@jit
-def nearest_units(net: Net, dims: int, missing: bool, samples: Array, out: Integers) -> bool:
-    """Write the unit nearest to each sample to `out`; False, and nothing, if a sample is not usable."""
-    if not all_usable(samples, dims, missing):
-        return False
-    for t in range(samples.shape[0]):
-        out[t] = nearest_of(net, samples[t], dims)
-    return True
 
 
 @jit

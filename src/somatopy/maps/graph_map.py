@@ -7,13 +7,12 @@ from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from sklearn.exceptions import NotFittedError
 from sklearn.utils.validation import check_is_fitted
 
-from somatopy.maps.base import Map
+from somatopy.maps.base import Map, real
 from somatopy.maps.graph import Graph
-from somatopy.maps.graph_kernels import LEAST_FADE, SEEN, UNITS, WIDEST, Net, nearest_units
-from somatopy.maps.kernels import LANES, padded_dims
+from somatopy.maps.graph_kernels import LEAST_FADE, SEEN, UNITS, WIDEST, Net
+from somatopy.maps.kernels import LANES, nearest, padded_dims, squared_from_units, winners
 
 __all__ = ["GraphMap"]
 
@@ -38,7 +37,6 @@ class GraphMap(Map):
     LEAST: ClassVar[int] = 0  # units
     max_units: int
     _net: Net
-    _slot: Array
 
     @abstractmethod
     def _taught(self, samples: Array, start: int) -> tuple[int, int]:
@@ -48,24 +46,27 @@ class GraphMap(Map):
     def topology_(self) -> Graph:
         """The edges."""
         check_is_fitted(self)
-        return Graph(self._units, _listed(self._net)[0])
+        return Graph(self._units(), _listed(self._net)[0])
 
     def learn_one(self, x: ArrayLike) -> int:
         """Learn one input (dims,) and return its winner; see `Map.learn_one`."""
         if not self.__sklearn_is_fitted__():
             return super().learn_one(x)
-        unit = self._run(self._slotted(x))
+        samples = self._one(x)
+        unit = self._run(samples)
         if unit < 0:
-            raise self._refusal(self._slot[0, : self.n_features_in_])
+            raise self._refusal(samples[0, : self.n_features_in_])
         return unit
 
     def winner(self, x: ArrayLike) -> tuple[int, float]:
         """The unit nearest to `x` and its Euclidean distance; see `Map.winner`."""
         check_is_fitted(self)
-        unit = np.empty(1, dtype=np.int64)
-        if not self._nearest(self._slotted(x), self._net, unit):
-            raise self._refusal(self._slot[0, : self.n_features_in_])
-        return int(unit[0]), float(np.sqrt(self._net.work[unit[0]]))
+        samples = self._one(x)
+        self._check_units()
+        unit, distance = nearest(self._sheet(), self._units(), self.n_features_in_, self._may_miss(), samples)
+        if unit < 0:
+            raise self._refusal(samples[0, : self.n_features_in_])
+        return unit, distance
 
     def code(self, unit: int) -> Array:
         """The code of one unit, shape (dims,), without copying all others; see `Map.code`."""
@@ -73,19 +74,18 @@ class GraphMap(Map):
         code: Array = self._lanes()[:, unit].copy()
         return code
 
-    @property
     def _units(self) -> int:
         return int(self._net.counts[UNITS])
 
-    def _slotted(self, x: ArrayLike) -> Array:
-        sample = np.asarray(x, dtype=self._slot.dtype)
+    def _one(self, x: ArrayLike) -> Array:
+        """One input as the kernels take it, not checked yet."""
+        sample = real(x, self._net.codes.dtype)
         if sample.shape != (self.n_features_in_,):
             raise self._wrong_length(sample)
-        self._slot[0, : sample.size] = sample
-        return self._slot
+        return self._padded(sample[None])
 
     def _padded(self, samples: Array) -> Array:
-        out = np.zeros((len(samples), self._slot.shape[1]), self._slot.dtype)
+        out = np.zeros((len(samples), len(self._net.codes)), self._net.codes.dtype)
         out[:, : samples.shape[1]] = samples
         return out
 
@@ -97,11 +97,6 @@ class GraphMap(Map):
             start, unit = self._taught(samples, start)
         return unit
 
-    def _nearest(self, samples: Array, net: Net, out: Integers) -> bool:
-        if not self._units:
-            raise NotFittedError(f"this {type(self).__name__} has no units yet; let it learn an input first")
-        return nearest_units(net, self.n_features_in_, self.missing == "ignore", samples, out)
-
     def _step(self, x: Array) -> int:
         return self._learn(x[None])
 
@@ -109,17 +104,27 @@ class GraphMap(Map):
         return self._run(self._padded(samples))
 
     def _winners(self, samples: Array) -> Integers:
+        self._check_units()
         out = np.empty(len(samples), dtype=np.int64)
-        self._nearest(self._padded(samples), self._net._replace(work=np.empty_like(self._net.work)), out)
+        winners(self._sheet(), self._units(), self.n_features_in_, self._padded(samples), out)
         return out
+
+    def _squared(self, samples: Array) -> NDArray[np.float64]:
+        self._check_units()
+        out = np.empty((len(samples), self._units()))
+        squared_from_units(self._sheet(), self._units(), self.n_features_in_, self._padded(samples), out)
+        return out
+
+    def _sheet(self) -> Array:
+        """The codes as a single row, in which there may be more lanes than units."""
+        return self._net.codes[:, None]
 
     def _adopt(self, arrays: dict[str, Array]) -> None:
         self._net = _net(arrays, [arrays[name] for name in self.VALUES])
-        self._slot = np.zeros((1, len(self._net.codes)), self._net.codes.dtype)
 
     def _arrays(self) -> dict[str, Array]:
         net, (edges, ages) = self._net, _listed(self._net)
-        values = {name: net.values[i, : self._units] for i, name in enumerate(self.VALUES)}
+        values = {name: net.values[i, : self._units()] for i, name in enumerate(self.VALUES)}
         aged = {"ages": ages} if self.AGED else {}
         faded = {"fade": net.fade.reshape(())} if self.FADES else {}
         seen = {"samples_seen": net.counts[SEEN].reshape(())}
@@ -151,7 +156,7 @@ class GraphMap(Map):
                 raise ValueError(f"the restored {name} must be from {least} to {most}; got {arrays[name].tolist()}")
 
     def _lanes(self) -> Array:
-        return self._net.codes[: self.n_features_in_, : self._units]
+        return self._net.codes[: self.n_features_in_, : self._units()]
 
     def _codes(self) -> Array:
         return np.ascontiguousarray(self._lanes().T)

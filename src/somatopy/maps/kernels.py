@@ -6,7 +6,7 @@ Dimensions are filled up with zeros, in the codes and in the samples alike, whic
 `sheet.Sheet` makes and reads this layout. A value that is missing (NaN) is left out of the distance, and the rest is
 scaled up to the full number of dimensions.
 
-None of these functions draws random numbers; `work`, one value a lane of the codebook, is their scratch.
+None of these functions draws random numbers.
 """
 
 from __future__ import annotations
@@ -30,15 +30,17 @@ __all__ = [
     "nearest_lane",
     "padded_dims",
     "squared_distances",
+    "squared_from_units",
     "unit_at",
     "winners",
 ]
 
 Array = NDArray[Any]  # float32 or float64, one kind in all arguments of a call
+Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 LANES = 16
-LARGEST, LARGEST_SINGLE = 1e150, 1e18  # squares of what is larger may leave the range of the precision
+LARGEST, LARGEST_SINGLE = 1e150, 1e15  # sums of squares of what is larger may leave the range of the precision
 U = np.uint64  # unsigned indices spare the compiler Python's meaning of negative ones
 BLOCK = U(96)
 
@@ -185,19 +187,39 @@ def unit_at(lane: int, lanes: int, columns: int) -> int:
 
 
 @jit
-def nearest(codes: Array, columns: int, dims: int, missing: bool, work: Array, samples: Array) -> tuple[int, float]:
+def _scratch(codes: Array, columns: int) -> Array:
+    """Room for the distance of each lane. Lanes behind the last column of a single row may hold anything: left out."""
+    rows, lanes = codes.shape[1], codes.shape[2]
+    return np.empty(columns if rows == 1 else rows * lanes, codes.dtype)
+
+
+@jit
+def nearest(codes: Array, columns: int, dims: int, missing: bool, samples: Array) -> tuple[int, float]:
     """Unit nearest to the first sample, and its Euclidean distance; unit -1 if the sample is not usable."""
     if not all_usable(samples, dims, missing):
         return -1, 0.0
     padded, rows, lanes = codes.shape
+    work = _scratch(codes, columns)
     at = nearest_lane(codes.reshape(padded, rows * lanes), samples[0], dims, work)
     return unit_at(at, lanes, columns), sqrt(work[at])
 
 
 @jit
-def winners(codes: Array, columns: int, dims: int, work: Array, samples: Array, out: Integers) -> None:
+def winners(codes: Array, columns: int, dims: int, samples: Array, out: Integers) -> None:
     """Write the unit nearest to each sample to `out`."""
     padded, rows, lanes = codes.shape
-    flat = codes.reshape(padded, rows * lanes)
+    flat, work = codes.reshape(padded, rows * lanes), _scratch(codes, columns)
     for t in range(samples.shape[0]):
         out[t] = unit_at(nearest_lane(flat, samples[t], dims, work), lanes, columns)
+
+
+@jit
+def squared_from_units(codes: Array, columns: int, dims: int, samples: Array, out: Floats) -> None:
+    """Write the squared distance of each sample from each unit to `out`, (samples, units)."""
+    padded, rows, lanes = codes.shape
+    flat, work = codes.reshape(padded, rows * lanes), _scratch(codes, columns)
+    for t in range(samples.shape[0]):
+        squared_distances(flat, samples[t], dims, work)
+        for row in range(rows):
+            for column in range(columns):
+                out[t, row * columns + column] = work[row * lanes + column]

@@ -85,7 +85,7 @@ class NeuralGas(SheetMap):
             sheet.codes,
             sheet.columns,
             sheet.dims,
-            self.missing == "ignore",
+            self._may_miss(),
             self._memory,
             sheet.work,
             samples,

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from sklearn.utils.validation import check_is_fitted
 
-from somatopy.maps.base import Map
-from somatopy.maps.kernels import LANES, nearest, padded_dims, winners
+from somatopy.maps.base import Map, real
+from somatopy.maps.kernels import LANES, nearest, padded_dims, squared_from_units, winners
 from somatopy.maps.lattice import Lattice, check_shape
 
 __all__ = ["LatticeMap", "Sheet", "SheetMap"]
@@ -22,21 +22,19 @@ Array = NDArray[Any]
 
 @dataclass
 class Sheet:
-    """The codes of a map in the kernels' layout, with scratch space and the slot of one input.
+    """The codes of a map in the kernels' layout, with scratch space.
 
     Attributes:
         codes: shape (padded dims, rows, lanes); see `kernels`.
         columns: units in a row; lanes beyond them are copies of the last.
         dims: dimensions of the inputs.
-        work: scratch of the kernels, shape (rows * lanes,).
-        slot: room for one input, shape (1, padded dims).
+        work: scratch of the kernels that learn, shape (rows * lanes,).
     """
 
     codes: Array
     columns: int
     dims: int
     work: Array = field(repr=False)
-    slot: Array = field(repr=False)
 
     @classmethod
     def of(cls, codebook: Array, columns: int) -> Sheet:
@@ -46,8 +44,7 @@ class Sheet:
         codes = np.zeros((padded_dims(dims), rows, lanes), dtype=codebook.dtype)
         codes[:dims, :, :columns] = codebook.T.reshape(dims, rows, columns)
         codes[:, :, columns:] = codes[:, :, columns - 1 : columns]
-        work, slot = np.empty(rows * lanes, codebook.dtype), np.zeros((1, len(codes)), codebook.dtype)
-        return cls(codes, columns, dims, work, slot)
+        return cls(codes, columns, dims, np.empty(rows * lanes, codebook.dtype))
 
     @property
     def codebook(self) -> Array:
@@ -89,18 +86,19 @@ class SheetMap(Map):
         """Learn one input (dims,) and return its winner; see `Map.learn_one`."""
         if "_sheet" not in self.__dict__:
             return super().learn_one(x)
-        unit = self._run(self._slotted(x))
+        samples = self._one(x)
+        unit = self._run(samples)
         if unit < 0:
-            raise self._refusal(self._sheet.slot[0, : self._sheet.dims])
+            raise self._refusal(samples[0, : self._sheet.dims])
         return unit
 
     def winner(self, x: ArrayLike) -> tuple[int, float]:
         """The unit nearest to `x` and its Euclidean distance; see `Map.winner`."""
         sheet = self.__dict__.get("_sheet") or check_is_fitted(self)
-        slot = self._slotted(x)
-        unit, distance = nearest(sheet.codes, sheet.columns, sheet.dims, self.missing == "ignore", sheet.work, slot)
+        samples = self._one(x)
+        unit, distance = nearest(sheet.codes, sheet.columns, sheet.dims, self._may_miss(), samples)
         if unit < 0:
-            raise self._refusal(slot[0, : sheet.dims])
+            raise self._refusal(samples[0, : sheet.dims])
         return unit, distance
 
     def code(self, unit: int) -> Array:
@@ -108,13 +106,12 @@ class SheetMap(Map):
         check_is_fitted(self)
         return self._sheet.code(unit)
 
-    def _slotted(self, x: ArrayLike) -> Array:
-        sheet = self._sheet
-        sample = np.asarray(x, dtype=sheet.codes.dtype)
-        if sample.shape != (sheet.dims,):
+    def _one(self, x: ArrayLike) -> Array:
+        """One input as the kernels take it, not checked yet."""
+        sample = real(x, self._sheet.codes.dtype)
+        if sample.shape != (self._sheet.dims,):
             raise self._wrong_length(sample)
-        sheet.slot[0, : sheet.dims] = sample
-        return sheet.slot
+        return self._sheet.padded(sample[None])
 
     def _step(self, x: Array) -> int:
         return self._learn(x[None])
@@ -124,8 +121,12 @@ class SheetMap(Map):
 
     def _winners(self, samples: Array) -> NDArray[np.int64]:
         sheet, out = self._sheet, np.empty(len(samples), dtype=np.int64)
-        work = np.empty_like(sheet.work)
-        winners(sheet.codes, sheet.columns, sheet.dims, work, sheet.padded(samples), out)
+        winners(sheet.codes, sheet.columns, sheet.dims, sheet.padded(samples), out)
+        return out
+
+    def _squared(self, samples: Array) -> NDArray[np.float64]:
+        sheet, out = self._sheet, np.empty((len(samples), self._units()))
+        squared_from_units(sheet.codes, sheet.columns, sheet.dims, sheet.padded(samples), out)
         return out
 
     def _adopt(self, arrays: dict[str, Array]) -> None:
@@ -145,6 +146,9 @@ class SheetMap(Map):
     def _codes(self) -> Array:
         return self._sheet.codebook
 
+    def _units(self) -> int:
+        return int(self._sheet.codes.shape[1]) * self._sheet.columns
+
     def __sklearn_is_fitted__(self) -> bool:
         return hasattr(self, "_sheet")
 
@@ -152,6 +156,7 @@ class SheetMap(Map):
 class LatticeMap(SheetMap):
     """A map whose units lie on a lattice. It has the parameters `shape`, `lattice` and `periodic` of `Lattice`."""
 
+    FIXED: ClassVar[tuple[str, ...]] = ("dtype", "shape", "lattice", "periodic")
     shape: Sequence[int]
     lattice: str
     periodic: bool
@@ -160,14 +165,20 @@ class LatticeMap(SheetMap):
 
     @property
     def topology_(self) -> Lattice:
-        """The lattice."""
+        """The lattice; before the map has started, the one that it will have."""
+        return self._lattice if self.__sklearn_is_fitted__() else self._asked_lattice()
+
+    def _asked_lattice(self) -> Lattice:
+        """The lattice of the parameters, for the next start."""
         return Lattice(check_shape(self.shape), self.lattice, self.periodic)
 
     def _columns(self, units: int) -> int:
         return int(self._geometry[-1, 0])
 
     def _adopt(self, arrays: dict[str, Array]) -> None:
-        self._geometry = self._measured(self.topology_)
+        fixed = self._fixed
+        self._lattice = Lattice(check_shape(fixed["shape"]), fixed["lattice"], fixed["periodic"])
+        self._geometry = self._measured(self._lattice)
         super()._adopt(arrays)
 
     def _measured(self, lattice: Lattice) -> NDArray[np.float64]:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from somatopy.maps.lattice import Lattice
 from somatopy.maps.lattice_kernels import learn_som
 from somatopy.maps.sheet import LatticeMap
 from somatopy.maps.start import fading_schedule, start_codes
@@ -79,11 +80,12 @@ class SOM(LatticeMap):
         self.random_state = random_state
 
     def _start(self, dims: int, rng: np.random.Generator) -> dict[str, NDArray[Any]]:
-        self._schedule()
-        return {"codebook": start_codes(self.init, self.bounds, self.topology_.units, dims, rng)}
+        lattice = self._asked_lattice()
+        self._schedule(lattice)
+        return {"codebook": start_codes(self.init, self.bounds, lattice.units, dims, rng)}
 
-    def _schedule(self) -> NDArray[np.float64]:
-        width = (max(max(self.shape) / 2, 0.5), 0.5) if self.width is None else self.width
+    def _schedule(self, lattice: Lattice) -> NDArray[np.float64]:
+        width = (max(max(lattice.shape) / 2, 0.5), 0.5) if self.width is None else self.width
         return fading_schedule(self.learning_rate, width, self.horizon)
 
     def _run(self, samples: NDArray[Any]) -> int:
@@ -92,9 +94,9 @@ class SOM(LatticeMap):
             sheet.codes,
             self._geometry,
             sheet.dims,
-            self.missing == "ignore",
+            self._may_miss(),
             self._memory,
             sheet.work,
             samples,
-            self._schedule(),
+            self._schedule(self._lattice),
         )

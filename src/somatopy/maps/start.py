@@ -2,20 +2,47 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
+from collections.abc import Callable
+from functools import lru_cache, wraps
 from math import isfinite
-from typing import Any
+from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from somatopy._jit import jit
 
-__all__ = ["NEGLIGIBLE", "check_number", "check_units", "faded", "fading", "fading_schedule", "start_codes"]
+__all__ = [
+    "NEGLIGIBLE",
+    "check_number",
+    "check_units",
+    "faded",
+    "fading",
+    "fading_schedule",
+    "remembered",
+    "start_codes",
+]
 
 Floats = NDArray[np.float64]
+P = ParamSpec("P")
+R = TypeVar("R")
 
+MOST = 2**31 - 1  # units and ages are numbers of 32 bits
 NEGLIGIBLE = 37.0  # exp(-37) is under 1e-16: what moves less than that does not move
+
+
+def remembered(make: Callable[P, R]) -> Callable[P, R]:
+    """Remember what a function has made of parameters: maps ask for their rule at every input."""
+    known: Callable[P, R] = lru_cache(maxsize=128, typed=True)(make)  # type: ignore[assignment]
+
+    @wraps(make)
+    def made(*parameters: P.args, **named: P.kwargs) -> R:
+        try:
+            return known(*parameters, **named)
+        except TypeError:  # lists and arrays cannot be looked up
+            return make(*parameters, **named)
+
+    return made
 
 
 def start_codes(init: ArrayLike, bounds: ArrayLike, units: int, dims: int, rng: np.random.Generator) -> Floats:
@@ -105,26 +132,19 @@ def check_units(name: str, value: Any, *, least: int = 1) -> None:
     """
     if isinstance(value, bool) or not (isinstance(value, (int, np.integer)) and value >= least):
         raise ValueError(f"{name} must be a whole number, at least {least}; got {value!r}")
+    if value > MOST:
+        raise ValueError(f"{name} must be at most {MOST}; got {value!r}")
 
 
+@remembered
 def fading_schedule(learning_rate: Any, width: Any, horizon: Any) -> Floats:
     """First and last learning rate, first and last width, horizon, as the kernels take them; not to be written to.
 
     Raises:
         ValueError: if one is not valid.
     """
-    try:
-        return _known_schedule(learning_rate, width, horizon)
-    except TypeError:  # lists and arrays cannot be remembered
-        return _schedule(learning_rate, width, horizon)
-
-
-def _schedule(learning_rate: Any, width: Any, horizon: Any) -> Floats:
     check_number("horizon", horizon)
     return np.array([*fading("learning_rate", learning_rate, most=1), *fading("width", width), horizon])
-
-
-_known_schedule = lru_cache(maxsize=128)(_schedule)  # it is asked for at every input
 
 
 @jit

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterator
+from inspect import isabstract
 from pathlib import Path
 from typing import Any
 
@@ -33,6 +34,7 @@ def save_map(trained: Map, path: str | os.PathLike[str]) -> None:
         "parameters": {
             name: _as_json(name, value) for name, value in parameters.items() if PARAMETER + name not in arrays
         },
+        "feature_names": list(getattr(trained, "feature_names_in_", [])),
     }
     if trained.__sklearn_is_fitted__():
         arrays |= {LEARNED + name: value for name, value in _restorable(trained).items()}
@@ -43,11 +45,14 @@ def save_map(trained: Map, path: str | os.PathLike[str]) -> None:
 
 def _restorable(trained: Map) -> dict[str, Any]:
     """The state of a map, once a map of its parameters has been found to take it."""
-    state, twin = trained.state(), clone(trained)
-    twin.restore(state)
-    kept, chosen = state["codebook"].dtype, twin.codebook_.dtype
-    if kept != chosen:
-        raise ValueError(f"dtype is {chosen} now, but the codes are {kept}: set dtype back, or initialise the map anew")
+    for name, fixed in trained._fixed.items():
+        if not np.array_equal(getattr(trained, name), fixed):
+            raise ValueError(
+                f"{name} is {getattr(trained, name)!r} now, but the map has started with {fixed!r}: set it back, or "
+                "initialise the map anew"
+            )
+    state = trained.state()
+    clone(trained).restore(state)
     return state
 
 
@@ -84,6 +89,7 @@ def load_map(path: str | os.PathLike[str]) -> Map:
         header = json.loads(str(arrays["header"]))
         version, name, module = header["format"], str(header["map"]), header["module"]
         parameters = {key: _from_json(value) for key, value in header["parameters"].items()}
+        feature_names = [str(key) for key in header["feature_names"]]
     except Exception as error:  # whatever a header that is not ours leads to
         raise ValueError(f"{path} is not a map, or is damaged: {type(error).__name__}: {error}") from error
     if version != FORMAT:
@@ -95,6 +101,8 @@ def load_map(path: str | os.PathLike[str]) -> Map:
         raise ValueError(f"{path} has parameters that {name} does not know: {error}") from error
     if state := _named(arrays, LEARNED):
         loaded.restore(state)
+    if feature_names:
+        loaded.feature_names_in_ = np.array(feature_names, dtype=object)
     return loaded
 
 
@@ -117,7 +125,7 @@ def _kind(name: str, module: str, path: str | os.PathLike[str]) -> type[Map]:
     kinds = [kind for kind in _kinds(Map) if kind.__qualname__ == name]
     chosen = [kind for kind in kinds if kind.__module__ == module] or kinds
     if not chosen:
-        known = sorted({kind.__qualname__ for kind in _kinds(Map)})
+        known = sorted({kind.__qualname__ for kind in _kinds(Map) if not isabstract(kind)})
         raise ValueError(f"{path} holds a {name}, which is not a known map; import its class first. Known: {known}")
     if len({kind.__module__ for kind in chosen}) > 1:
         modules = sorted(kind.__module__ for kind in chosen)

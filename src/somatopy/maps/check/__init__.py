@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from sklearn import config_context
+
 from somatopy.contract import law
 from somatopy.maps.base import Map
 from somatopy.maps.check import keeping, learning, looking
@@ -18,6 +20,7 @@ _LAWS = (
     learning.returns_the_winner_before_the_update,
     looking.agrees_on_the_nearest,
     looking.takes_the_first_of_equals,
+    looking.ranks_as_it_chooses,
     looking.joins_what_is_there,
     looking.looks_without_changing,
     learning.refuses_before_anything_changes,
@@ -49,11 +52,12 @@ def check_map(make: Make) -> None:
         >>> from somatopy.maps import DSOM
         >>> check_map(lambda: DSOM(shape=(4, 3)))
     """
-    _is_a_map(make)
-    maps = Maps(make)
-    for keeps in _LAWS:
-        keeps(maps)
-    _is_an_estimator(make)
+    with config_context(transform_output="default"):
+        _is_a_map(make)
+        maps = Maps(make)
+        for keeps in _LAWS:
+            keeps(maps)
+        _is_an_estimator(make)
 
 
 def _is_a_map(make: Make) -> None:

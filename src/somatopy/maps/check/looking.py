@@ -19,6 +19,7 @@ __all__ = [
     "agrees_on_the_nearest",
     "joins_what_is_there",
     "looks_without_changing",
+    "ranks_as_it_chooses",
     "shows_nothing_before_it_starts",
     "takes_the_first_of_equals",
 ]
@@ -85,6 +86,20 @@ def takes_the_first_of_equals(maps: Maps) -> None:
         holds(trained.winner(INPUTS[0])[0] == 0, "winner says {}", trained.winner(INPUTS[0])[0])
         holds(not trained.predict(INPUTS).any(), "predict says {}", trained.predict(INPUTS))
         holds(trained.learn_one(INPUTS[0]) == 0, "learn_one takes another")
+
+
+def ranks_as_it_chooses(maps: Maps) -> None:
+    """On a grid many units are as near as rounding tells."""
+    with law("winner, winners and predict agree to the last bit", "find all of them from one distance") as holds:
+        rng = np.random.default_rng(5)
+        inputs = 0.1 * rng.integers(0, 4, (200, 6))
+        trained = maps.taught(inputs[:80].copy())
+        state = trained.state()
+        state["codebook"][:] = 0.1 * rng.integers(0, 4, state["codebook"].shape)
+        trained.restore(state)
+        for x, unit in zip(inputs, trained.predict(inputs), strict=True):
+            first = trained.winners(x, 1)[0][0]
+            holds(trained.winner(x)[0] == unit == first, "{} for {}, of winners {}", unit, x, first)
 
 
 def joins_what_is_there(maps: Maps) -> None:

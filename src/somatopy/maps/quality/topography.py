@@ -7,9 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.distance import cdist
-from sklearn.metrics.pairwise import nan_euclidean_distances
 
 from somatopy.maps.base import Map
+from somatopy.maps.distances import squared_distances
 from somatopy.maps.quality.looking import BLOCK, blocks, codes_of, topology_of
 from somatopy.maps.start import check_units
 
@@ -39,7 +39,7 @@ def topographic_error(trained: Map, X: ArrayLike) -> float:
         0.5
     """
     topology, apart, inputs = topology_of(trained, "topographic error"), 0, 0
-    for block, distances in blocks(trained, X, trained.transform):
+    for block, distances in blocks(trained, X, lambda rows: np.concatenate(list(trained.transform_chunks(rows)))):
         if distances.shape[1] < 2:
             raise ValueError("the topographic error compares the two nearest units; this map has one")
         every, first = np.arange(len(distances)), distances.argmin(axis=1)
@@ -83,8 +83,8 @@ def topographic_product(trained: Map) -> float:
         inside, outside = inside[others], outside[others]
         _check_comparable(unit, others, inside, outside)
         # a unit's distances, in the order of those in the map and of those between codes
-        near = np.lexsort((outside, np.round(inside, DECIMALS)))
-        like = np.lexsort((inside, np.round(outside / outside.max(), DECIMALS)))
+        near = np.lexsort((outside, np.round(np.log(inside), DECIMALS)))
+        like = np.lexsort((inside, np.round(np.log(outside), DECIMALS)))
         ratios = np.log(outside[near] / outside[like] * (inside[near] / inside[like]))
         total += float((ratios.cumsum() / (2 * sizes)).sum())
     return total / (len(codes) * (len(codes) - 1))
@@ -166,8 +166,7 @@ def _sorted_gaps(samples: Floats, members: Integers, near: Integers) -> Iterator
 
 
 def _gaps(a: Floats, b: Floats) -> Floats:
-    missing = np.isnan(a).any() or np.isnan(b).any()
-    gaps: Floats = nan_euclidean_distances(a, b) if missing else cdist(a, b)
+    gaps: Floats = np.sqrt(squared_distances(a, b))
     return gaps
 
 
