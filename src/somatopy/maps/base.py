@@ -289,6 +289,24 @@ class Map(ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator, ABC)
             raise ValueError(f"unknown missing {self.missing!r}; valid: {list(MISSING)}")
         return self.missing == "ignore"
 
+    def _ruled(self) -> tuple[bool, Any]:
+        """Whether values may be missing, and `_rule`; both are made anew once an attribute has been set.
+
+        Raises:
+            ValueError: if a parameter is not valid.
+        """
+        known: tuple[bool, Any] | None = self.__dict__.get("_known_rule")
+        if known is None:
+            known = self.__dict__["_known_rule"] = self._may_miss(), self._rule()
+        return known
+
+    def _rule(self) -> Any:
+        """The parameters as compiled kernels take them, once they are known to be valid."""
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        super().__setattr__(name, value)
+        self.__dict__.pop("_known_rule", None)
+
     def _begin(self, arrays: dict[str, Array]) -> None:
         """Start, or go on, from a whole state."""
         fixed = {name: deepcopy(getattr(self, name)) for name in self.FIXED}
@@ -353,7 +371,7 @@ class Map(ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator, ABC)
 
     def _sample(self, x: ArrayLike) -> Array:
         """One usable input (dims,), a copy in the map's precision."""
-        sample = real(x, self._precision())
+        sample = real(x).astype(self._precision())
         if self.__sklearn_is_fitted__() and sample.shape != (self.n_features_in_,):
             raise self._wrong_length(sample)
         if sample.ndim != 1 or sample.size == 0:
@@ -418,12 +436,12 @@ class Map(ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator, ABC)
         return tags
 
 
-def real(x: ArrayLike, dtype: Any) -> Array:
-    """A copy of real numbers, as an array of a type."""
+def real(x: ArrayLike) -> Array:
+    """An array, perhaps not a copy, if it is not one of complex numbers."""
     given = np.asarray(x)
     if given.dtype.kind == "c":
         raise ValueError(f"inputs are real numbers; got complex ones, {x!r}")
-    return given.astype(dtype)
+    return given
 
 
 def _restored(name: str, values: ArrayLike, dtype: np.dtype[Any]) -> Array:

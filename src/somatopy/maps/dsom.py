@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from somatopy.maps.lattice import Lattice
 from somatopy.maps.lattice_kernels import DSOM_PRESETS, learn_dsom
 from somatopy.maps.sheet import LatticeMap
-from somatopy.maps.start import check_number, remembered, start_codes
+from somatopy.maps.start import check_number, start_codes
 
 __all__ = ["DSOM"]
 
@@ -107,7 +107,7 @@ class DSOM(LatticeMap):
     def _start(self, dims: int, rng: np.random.Generator) -> dict[str, NDArray[Any]]:
         if self.preset not in DSOM_PRESETS:
             raise ValueError(f"unknown preset {self.preset!r}; valid presets: {list(DSOM_PRESETS)}")
-        _rates(self.preset, self.learning_rate, self.elasticity)
+        self._rule()
         codes = start_codes(self.init, self.bounds, self._asked_lattice().units, dims, rng)
         return {"codebook": codes, "running_max_squared": np.array(0.0)}
 
@@ -115,28 +115,24 @@ class DSOM(LatticeMap):
         return lattice.geometry(normalised=self._fixed["preset"] != "schillaci2016")
 
     def _run(self, samples: NDArray[Any]) -> int:
-        sheet, preset = self._sheet, self._fixed["preset"]
+        sheet, (missing, rule) = self._sheet, self._ruled()
         return learn_dsom(
             sheet.codes,
             self._geometry,
             sheet.dims,
-            self._may_miss(),
+            missing,
             self._memory,
             sheet.work,
             samples,
-            *_rates(preset, self.learning_rate, self.elasticity),
-            DSOM_PRESETS.index(preset),
+            *rule,
         )
 
-
-@remembered
-def _rates(preset: str, learning_rate: float | None, elasticity: float | None) -> tuple[float, float]:
-    """Learning rate and elasticity: the preset's own where they are not given."""
-    rate, elastic = DEFAULTS[preset]
-    if learning_rate is not None:
-        check_number("learning_rate", learning_rate, most=1)
-        rate = float(learning_rate)
-    if elasticity is not None:
+    def _rule(self) -> tuple[float, float, int]:
+        """Learning rate and elasticity, the preset's own where they are not given, and the preset's place."""
+        preset = self._fixed["preset"] if self.__sklearn_is_fitted__() else self.preset
+        own = DEFAULTS[preset]
+        rate = own[0] if self.learning_rate is None else self.learning_rate
+        elasticity = own[1] if self.elasticity is None else self.elasticity
+        check_number("learning_rate", rate, most=1)
         check_number("elasticity", elasticity)
-        elastic = float(elasticity)
-    return rate, elastic
+        return float(rate), float(elasticity), DSOM_PRESETS.index(preset)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from somatopy.maps.graph_learning import EvolvingRule, learn_evolving_som
 from somatopy.maps.graph_map import GraphMap
-from somatopy.maps.start import check_number, check_units, remembered
+from somatopy.maps.start import check_number, check_units
 
 __all__ = ["EvolvingSOM"]
 
@@ -86,18 +86,14 @@ class EvolvingSOM(GraphMap):
         return self._edgeless(np.empty((0, dims)))
 
     def _taught(self, samples: NDArray[Any], start: int) -> tuple[int, int]:
-        rule, missing = self._rule(), self._may_miss()
+        missing, rule = self._ruled()
         return learn_evolving_som(self._net, self.n_features_in_, missing, samples, start, rule)
 
     def _rule(self) -> EvolvingRule:
-        return _rule(*(getattr(self, name) for name in EvolvingRule._fields))
-
-
-@remembered
-def _rule(max_units: Any, threshold: Any, learning_rate: Any, prune_every: Any) -> EvolvingRule:
-    """The rule of these parameters, once they are known to be valid."""
-    check_units("max_units", max_units)
-    check_number("threshold", threshold)
-    check_number("learning_rate", learning_rate, most=1)
-    check_units("prune_every", prune_every)
-    return EvolvingRule(int(max_units), float(threshold), float(learning_rate), int(prune_every))
+        check_number("threshold", self.threshold)
+        check_number("learning_rate", self.learning_rate, most=1)
+        for name in ("prune_every", "max_units"):
+            check_units(name, getattr(self, name))
+        return EvolvingRule(
+            int(self.max_units), float(self.threshold), float(self.learning_rate), int(self.prune_every)
+        )

@@ -37,6 +37,7 @@ class GraphMap(Map):
     LEAST: ClassVar[int] = 0  # units
     max_units: int
     _net: Net
+    _blank: Array  # one input of zeros, to be copied
 
     @abstractmethod
     def _taught(self, samples: Array, start: int) -> tuple[int, int]:
@@ -63,7 +64,7 @@ class GraphMap(Map):
         check_is_fitted(self)
         samples = self._one(x)
         self._check_units()
-        unit, distance = nearest(self._sheet(), self._units(), self.n_features_in_, self._may_miss(), samples)
+        unit, distance = nearest(self._sheet(), self._units(), self.n_features_in_, self._ruled()[0], samples)
         if unit < 0:
             raise self._refusal(samples[0, : self.n_features_in_])
         return unit, distance
@@ -79,10 +80,12 @@ class GraphMap(Map):
 
     def _one(self, x: ArrayLike) -> Array:
         """One input as the kernels take it, not checked yet."""
-        sample = real(x, self._net.codes.dtype)
+        sample = real(x)
         if sample.shape != (self.n_features_in_,):
             raise self._wrong_length(sample)
-        return self._padded(sample[None])
+        samples = self._blank.copy()
+        samples[0, : sample.size] = sample
+        return samples
 
     def _padded(self, samples: Array) -> Array:
         out = np.zeros((len(samples), len(self._net.codes)), self._net.codes.dtype)
@@ -121,6 +124,7 @@ class GraphMap(Map):
 
     def _adopt(self, arrays: dict[str, Array]) -> None:
         self._net = _net(arrays, [arrays[name] for name in self.VALUES])
+        self._blank = np.zeros((1, len(self._net.codes)), self._net.codes.dtype)
 
     def _arrays(self) -> dict[str, Array]:
         net, (edges, ages) = self._net, _listed(self._net)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from somatopy.maps.graph_learning import RequiredRule, learn_grow_when_required
 from somatopy.maps.graph_map import GraphMap
-from somatopy.maps.start import check_number, check_units, remembered
+from somatopy.maps.start import check_number, check_units
 
 __all__ = ["GrowWhenRequired"]
 
@@ -110,38 +110,25 @@ class GrowWhenRequired(GraphMap):
         return self._edgeless(np.empty((0, dims)))
 
     def _taught(self, samples: NDArray[Any], start: int) -> tuple[int, int]:
-        rule, missing = self._rule(), self._may_miss()
+        missing, rule = self._ruled()
         return learn_grow_when_required(self._net, self.n_features_in_, missing, samples, start, rule)
 
     def _rule(self) -> RequiredRule:
-        matching = self.activity_threshold, self.firing_threshold, self.learning_rate, self.neighbour_rate
-        return _rule(self.max_units, *matching, self.max_age, self.tau, self.neighbour_tau, self.alpha, self.stimulus)
-
-
-@remembered
-def _rule(
-    max_units: Any,
-    activity_threshold: Any,
-    firing_threshold: Any,
-    learning_rate: Any,
-    neighbour_rate: Any,
-    max_age: Any,
-    tau: Any,
-    neighbour_tau: Any,
-    alpha: Any,
-    stimulus: Any,
-) -> RequiredRule:
-    """The rule of these parameters, once they are known to be valid."""
-    check_units("max_units", max_units, least=2)
-    check_number("activity_threshold", activity_threshold, most=1)
-    check_number("firing_threshold", firing_threshold, most=1)
-    check_number("learning_rate", learning_rate, most=1)
-    check_number("neighbour_rate", neighbour_rate, most=1)
-    check_units("max_age", max_age)
-    check_number("tau", tau)
-    check_number("neighbour_tau", neighbour_tau)
-    check_number("alpha", alpha)
-    check_number("stimulus", stimulus, most=alpha)
-    matching = float(activity_threshold), float(firing_threshold), float(learning_rate), float(neighbour_rate)
-    habituation = float(1 - stimulus / alpha), exp(-alpha / tau), exp(-alpha / neighbour_tau)
-    return RequiredRule(int(max_units), *matching, int(max_age), *habituation)
+        for name in ("activity_threshold", "firing_threshold", "learning_rate", "neighbour_rate"):
+            check_number(name, getattr(self, name), most=1)
+        for name in ("tau", "neighbour_tau", "alpha"):
+            check_number(name, getattr(self, name))
+        check_number("stimulus", self.stimulus, most=self.alpha)
+        check_units("max_age", self.max_age)
+        check_units("max_units", self.max_units, least=2)
+        return RequiredRule(
+            int(self.max_units),
+            float(self.activity_threshold),
+            float(self.firing_threshold),
+            float(self.learning_rate),
+            float(self.neighbour_rate),
+            int(self.max_age),
+            float(1 - self.stimulus / self.alpha),
+            exp(-self.alpha / self.tau),
+            exp(-self.alpha / self.neighbour_tau),
+        )

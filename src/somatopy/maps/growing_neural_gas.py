@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from somatopy.maps.graph_learning import GasRule, learn_growing_neural_gas
 from somatopy.maps.graph_map import GraphMap
-from somatopy.maps.start import check_number, check_units, remembered, start_codes
+from somatopy.maps.start import check_number, check_units, start_codes
 
 __all__ = ["GrowingNeuralGas"]
 
@@ -112,33 +112,24 @@ class GrowingNeuralGas(GraphMap):
         return self._edgeless(start_codes(self.init, self.bounds, 2, dims, rng))
 
     def _taught(self, samples: NDArray[Any], start: int) -> tuple[int, int]:
-        rule, missing = self._rule(), self._may_miss()
+        missing, rule = self._ruled()
         return learn_growing_neural_gas(self._net, self.n_features_in_, missing, samples, start, rule)
 
     def _rule(self) -> GasRule:
-        return _rule(*(getattr(self, name) for name in GasRule._fields))
-
-
-@remembered
-def _rule(
-    max_units: Any,
-    learning_rate: Any,
-    neighbour_rate: Any,
-    insert_every: Any,
-    max_age: Any,
-    error_share: Any,
-    decay: Any,
-    utility: Any,
-) -> GasRule:
-    """The rule of these parameters, once they are known to be valid."""
-    check_units("max_units", max_units, least=2)
-    check_number("learning_rate", learning_rate, most=1)
-    check_number("neighbour_rate", neighbour_rate, most=1)
-    check_units("insert_every", insert_every)
-    check_units("max_age", max_age)
-    check_number("error_share", error_share, most=1)
-    check_number("decay", decay, most=1)
-    if utility is not None:
-        check_number("utility", utility)
-    rates, counts = (float(learning_rate), float(neighbour_rate)), (int(insert_every), int(max_age))
-    return GasRule(int(max_units), *rates, *counts, float(error_share), float(decay), float(utility or 0))
+        check_units("max_units", self.max_units, least=2)
+        for name in ("insert_every", "max_age"):
+            check_units(name, getattr(self, name))
+        for name in ("learning_rate", "neighbour_rate", "error_share", "decay"):
+            check_number(name, getattr(self, name), most=1)
+        if self.utility is not None:
+            check_number("utility", self.utility)
+        return GasRule(
+            int(self.max_units),
+            float(self.learning_rate),
+            float(self.neighbour_rate),
+            int(self.insert_every),
+            int(self.max_age),
+            float(self.error_share),
+            float(self.decay),
+            float(self.utility or 0),
+        )

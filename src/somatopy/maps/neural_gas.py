@@ -73,21 +73,24 @@ class NeuralGas(SheetMap):
 
     def _start(self, dims: int, rng: np.random.Generator) -> dict[str, NDArray[Any]]:
         check_units("units", self.units)
-        fading_schedule(self.learning_rate, self.width, self.horizon)
+        self._rule()
         return {"codebook": start_codes(self.init, self.bounds, self.units, dims, rng)}
 
     def _columns(self, units: int) -> int:
         return units
 
     def _run(self, samples: NDArray[Any]) -> int:
-        sheet = self._sheet
+        sheet, (missing, schedule) = self._sheet, self._ruled()
         return learn_neural_gas(
             sheet.codes,
             sheet.columns,
             sheet.dims,
-            self._may_miss(),
+            missing,
             self._memory,
             sheet.work,
             samples,
-            fading_schedule(self.learning_rate, self.width, self.horizon),
+            schedule,
         )
+
+    def _rule(self) -> NDArray[np.float64]:
+        return fading_schedule(self.learning_rate, self.width, self.horizon)

@@ -15,10 +15,12 @@ from matplotlib import colormaps
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import Normalize
 from matplotlib.ticker import MaxNLocator
+from matplotlib.transforms import Bbox
 from mpl_toolkits.mplot3d.art3d import Line3DCollection  # type: ignore[import-untyped]
 from numpy.typing import ArrayLike, NDArray
+from sklearn.exceptions import NotFittedError
 
-from somatopy.maps.base import Map
+from somatopy.maps.base import Map, Topology
 from somatopy.maps.lattice import ROW_HEIGHT, Lattice
 from somatopy.maps.quality import History, winner_counts
 from somatopy.maps.quality.looking import codes_of, topology_of
@@ -46,7 +48,8 @@ def u_matrix(trained: Map, ax: Axes | None = None) -> Axes:
     Source: A. Ultsch, H. P. Siemon, Kohonen's self organizing feature maps for exploratory data analysis, INNC 1990.
 
     Raises:
-        ValueError: if the map has no topology, no edges, or its lattice more than two axes.
+        ValueError: if the map has no topology or no edges, its lattice has more than two axes, or it is a graph of
+            codes of one dimension.
 
     Example:
         >>> from matplotlib.figure import Figure
@@ -56,10 +59,11 @@ def u_matrix(trained: Map, ax: Axes | None = None) -> Axes:
         array([[1.5, 1.5],
                [1.5, 1.5]])
     """
-    topology, codes = topology_of(trained, "U-matrix"), codes_of(trained)
-    edges, label = topology.edges, "distance between neighbours' codes"
+    topology, codes = topology_of(trained, "U-matrix"), _codes(trained)
+    edges, label = topology.edges, "distance to neighbours"
     if not len(edges):
         raise ValueError("a U-matrix shows distances between neighbours; no units of this map are neighbours")
+    _check_drawable(topology, codes)
     lengths = np.linalg.norm(codes[edges[:, 0]] - codes[edges[:, 1]], axis=1)
     if not isinstance(topology, Lattice):
         return _coloured_edges(ax, codes, edges, lengths, label)
@@ -76,11 +80,12 @@ def component_plane(trained: Map, dim: int, ax: Axes | None = None) -> Axes:
         ax: where to draw.
 
     Raises:
-        ValueError: if there is no such dimension, or the lattice has more than two axes.
+        ValueError: if there is no such dimension, the lattice has more than two axes, or there is none and the codes
+            have one dimension.
     """
-    codes = codes_of(trained)
+    codes = _codes(trained)
     _check_dims(codes, (dim,))
-    return _units(trained, ax, codes[:, dim], f"dimension {dim} of the codes")
+    return _units(trained, ax, codes[:, dim], f"dimension {dim}")
 
 
 def component_planes(trained: Map, axes: Any = None) -> NDArray[Any]:
@@ -94,9 +99,11 @@ def component_planes(trained: Map, axes: Any = None) -> NDArray[Any]:
         The axes, shape (dims,).
 
     Raises:
-        ValueError: if there are fewer axes than dimensions.
+        ValueError: if there are fewer axes than dimensions; and as for `component_plane`.
     """
-    dims = codes_of(trained).shape[1]
+    codes = _codes(trained)
+    _check_drawable(getattr(trained, "topology_", None), codes)
+    dims = codes.shape[1]
     drawn = _new_axes(dims) if axes is None else np.array(axes, dtype=object).ravel()
     if len(drawn) < dims:
         raise ValueError(f"{dims} dimensions need as many axes; got {len(drawn)}")
@@ -107,10 +114,11 @@ def hit_map(trained: Map, X: ArrayLike, ax: Axes | None = None) -> Axes:
     """Draw how many of the inputs X (n, dims) each unit wins. Units that win none, the dead ones, are grey.
 
     Raises:
-        ValueError: if the inputs do not fit, or the lattice has more than two axes.
+        ValueError: if the inputs do not fit, the lattice has more than two axes, or there is none and the codes have
+            one dimension.
     """
     counts = winner_counts(trained, X)
-    return _units(trained, ax, counts.astype(np.float64), "inputs won", least=1)
+    return _units(trained, ax, counts, "inputs won" if counts.all() else "inputs won (grey: none)", least=1)
 
 
 def codebook(trained: Map, ax: Axes | None = None, dims: Sequence[int] = (0, 1), X: ArrayLike | None = None) -> Axes:
@@ -120,12 +128,12 @@ def codebook(trained: Map, ax: Axes | None = None, dims: Sequence[int] = (0, 1),
         trained: a map of any kind.
         ax: where to draw; three dimensions need axes with projection="3d".
         dims: two or three dimensions of the input space.
-        X: inputs to draw beneath, shape (n, dims).
+        X: inputs to draw beneath, shape (n, n_features_in_); those that miss a chosen dimension are left out.
 
     Raises:
-        ValueError: if there are no such dimensions, or the axes do not have as many.
+        ValueError: if there are no such dimensions, the axes do not have as many, or X does not fit.
     """
-    chosen, codes = list(dims), codes_of(trained)
+    chosen, codes = np.ravel(dims).tolist(), _codes(trained)
     if len(chosen) not in (2, 3):
         raise ValueError(f"dims must be two or three dimensions; got {dims!r}")
     _check_dims(codes, chosen)
@@ -137,7 +145,8 @@ def codebook(trained: Map, ax: Axes | None = None, dims: Sequence[int] = (0, 1),
         axes.scatter(*inputs[:, chosen].T, s=_size(len(inputs)), color=INPUT, linewidths=0, rasterized=True, zorder=1)
     points = codes[:, chosen]
     if hasattr(trained, "topology_"):
-        axes.add_collection(_lines(points[trained.topology_.edges], len(points), colors=EDGE, zorder=2))
+        edges = _lines(points[trained.topology_.edges], linewidths=_width(len(points)), colors=EDGE, zorder=2)
+        axes.add_collection(edges, autolim=False)  # the points at their ends set the limits, in space too
     axes.scatter(*points.T, s=_size(len(points)), color=UNIT, linewidths=0, rasterized=True, zorder=3)
     return _labelled(axes, chosen)
 
@@ -164,50 +173,42 @@ def growth(history: History, axes: Any = None) -> NDArray[Any]:
         >>> units.get_ylabel()
         'units'
     """
-    drawn = _new_axes(2, columns=1) if axes is None else np.array(axes, dtype=object).ravel()
+    drawn = _new_axes(2, columns=1, sharex=True) if axes is None else np.array(axes, dtype=object).ravel()
     if len(drawn) != 2:
         raise ValueError(f"growth needs two axes, for error and units; got {len(drawn)}")
     above, below = drawn
     above.plot(history.samples, history.error, color=UNIT)
-    above.set(ylabel="quantisation error", ylim=(0, None))
+    above.set_ylabel("quantisation error")
     below.step(history.samples, history.units, where="post", color=UNIT)
-    below.set(xlabel="inputs learned", ylabel="units", ylim=(0, None))
+    below.set(xlabel="inputs learned", ylabel="units")
     below.yaxis.set_major_locator(MaxNLocator(integer=True))
+    for panel in drawn:
+        panel.set_ylim(0, auto=True)  # so that a second history drawn here has room
     return drawn
 
 
 # Values as colours
 
 
-def _units(trained: Map, ax: Axes | None, values: Floats, label: str, least: float = -np.inf) -> Axes:
+def _units(trained: Map, ax: Axes | None, values: NDArray[Any], label: str, least: float = -np.inf) -> Axes:
     """Colour each unit by its value, grey below `least`: cells of a lattice, else points at the codes."""
-    codes, topology = codes_of(trained), getattr(trained, "topology_", None)
+    topology, places = getattr(trained, "topology_", None), _codes(trained)[:, :2]
+    _check_drawable(topology, places)
     if isinstance(topology, Lattice):
         return _cells(ax, topology, values, label, least)
-    _check_dims(codes, (0, 1))
-    axes, places, size = _plane(ax), codes[:, :2], 4 * _size(len(codes))
+    axes, width, size = _plane(ax), _width(len(places)), 4 * _size(len(places))
     if topology is not None:
-        axes.add_collection(_lines(places[topology.edges], len(codes), colors=NONE, zorder=1))
-    points = axes.scatter(
-        places[:, 0], places[:, 1], size, values, linewidths=0, rasterized=True, zorder=2, **_scale(values, least)
-    )
+        axes.add_collection(_lines(places[topology.edges], linewidths=width, colors=NONE, zorder=1), autolim=False)
+    options = {"linewidths": 0, "rasterized": True, "zorder": 2, **_scale(values, least)}
+    points = axes.scatter(places[:, 0], places[:, 1], size, values, **options)
     return _labelled(_with_bar(axes, points, label), (0, 1))
 
 
-def _cells(ax: Axes | None, lattice: Lattice, values: Floats, label: str, least: float = -np.inf) -> Axes:
+def _cells(ax: Axes | None, lattice: Lattice, values: NDArray[Any], label: str, least: float = -np.inf) -> Axes:
     """Colour each cell of a lattice by its value, grey below `least`."""
-    if len(lattice.shape) > 2:
-        raise ValueError(
-            f"cells are drawn of lattices of one or two axes; this one has shape {lattice.shape}. "
-            "codebook draws its codes and edges"
-        )
     axes, (rows, columns) = _plane(ax), (1, *lattice.shape)[-2:]
     if lattice.hexagonal:
-        corners = lattice.positions[:, None, ::-1] + HEXAGON
-        cells: Any = PolyCollection(corners, array=values, edgecolors="face", lw=0.2, rasterized=True)
-        cells.set(**_scale(values, least))
-        axes.add_collection(cells)
-        axes.autoscale_view()
+        cells: Any = _hexagons(axes, lattice, values, **_scale(values, least))
     else:
         borders = np.arange(columns + 1) - 0.5, np.arange(rows + 1) - 0.5
         cells = axes.pcolormesh(*borders, values.reshape(rows, columns), rasterized=True, **_scale(values, least))
@@ -215,9 +216,20 @@ def _cells(ax: Axes | None, lattice: Lattice, values: Floats, label: str, least:
     return _with_bar(axes, cells, label, "horizontal" if rows == 1 else "vertical")
 
 
+def _hexagons(axes: Axes, lattice: Lattice, values: NDArray[Any], **colours: Any) -> PolyCollection:
+    corners = lattice.positions[:, None, ::-1] + HEXAGON
+    # edges of the cells' own colour: without them the background shines through where two cells meet
+    cells = PolyCollection(corners, array=values, edgecolors="face", lw=0.5, rasterized=True, **colours)
+    axes.add_collection(cells)
+    axes.margins(0)
+    axes.autoscale_view()
+    return cells
+
+
 def _numbered(axes: Axes, lattice: Lattice, rows: int, columns: int) -> None:
-    """Rows and columns beside the cells, row 0 on top; a strip has units."""
+    """Rows and columns beside the cells, which need no frame, row 0 on top; a strip has units."""
     axes.grid(False)
+    axes.spines[:].set_visible(False)
     axes.set_xticks(_ticks(columns))
     if rows == 1:
         axes.set(xlabel="unit", yticks=[])
@@ -226,8 +238,7 @@ def _numbered(axes: Axes, lattice: Lattice, rows: int, columns: int) -> None:
     places = _ticks(rows)
     axes.set_yticks(places * (ROW_HEIGHT if lattice.hexagonal else 1.0), [str(row) for row in places])
     axes.set(xlabel="column", ylabel="row", aspect="equal")
-    if not axes.yaxis_inverted():
-        axes.invert_yaxis()
+    axes.yaxis.set_inverted(True)
 
 
 def _ticks(count: int) -> NDArray[np.int64]:
@@ -237,27 +248,44 @@ def _ticks(count: int) -> NDArray[np.int64]:
 
 def _coloured_edges(ax: Axes | None, codes: Floats, edges: NDArray[np.int64], lengths: Floats, label: str) -> Axes:
     """Draw edges at their units' codes, coloured by length."""
-    _check_dims(codes, (0, 1))
-    axes = _plane(ax)
-    lines = _lines(codes[edges][:, :, :2], len(codes), array=lengths, **_scale(lengths))
-    lines.set_linewidth(2 * lines.get_linewidth()[0])
+    width = 1.5 * _width(len(codes))
+    axes, lines = _plane(ax), _lines(codes[edges][:, :, :2], linewidths=width, array=lengths, **_scale(lengths))
     axes.add_collection(lines)
     axes.autoscale_view()
     return _labelled(_with_bar(axes, lines, label), (0, 1))
 
 
-def _scale(values: Floats, least: float = -np.inf) -> dict[str, Any]:
+def _scale(values: NDArray[Any], least: float = -np.inf) -> dict[str, Any]:
     """Colours from the least value, or `least`, to the greatest."""
     low, high = max(values.min(), least), values.max()
     return {"cmap": colormaps[COLOURS].with_extremes(under=NONE), "norm": Normalize(low, max(low, high))}
 
 
 def _with_bar(axes: Axes, drawn: Any, label: str, orientation: str = "vertical") -> Axes:
-    """Say beside the axes what the colours mean."""
-    beneath = "min" if drawn.get_array().min() < drawn.norm.vmin else "neither"
-    bar: Any = axes.figure.colorbar(drawn, ax=axes, label=label, orientation=orientation, extend=beneath)
+    """Say beside the axes what the colours mean, in whole numbers if they count."""
+    ticks = MaxNLocator("auto", steps=[1, 2, 5, 10], integer=drawn.get_array().dtype.kind == "i")
+    bar: Any = axes.figure.colorbar(drawn, ax=axes, label=label, orientation=orientation, ticks=ticks)
     bar.outline.set_visible(False)
+    bar.ax.set_axes_locator(_Beside(axes, bar.ax))
     return axes
+
+
+class _Beside:
+    """Keeps a colour bar as long as its axes, also where an equal aspect makes them smaller than their place."""
+
+    def __init__(self, axes: Axes, bar: Axes) -> None:
+        self.axes, self.bar = axes, bar
+
+    def __call__(self, bar: Axes, renderer: Any) -> Bbox:
+        place, box, own = self.axes.get_position(True), self.axes.get_position(), bar.get_position(True)
+        # there is room for any thickness: the bar takes what goes with its length
+        if own.x0 >= place.x1:
+            return Bbox.from_bounds(own.x0, box.y0, place.width, box.height)
+        return Bbox.from_bounds(box.x0, own.y1 - place.height, box.width, place.height)
+
+    def get_subplotspec(self) -> Any:
+        """What tight_layout asks a locator for."""
+        return self.bar.get_subplotspec()
 
 
 # Axes
@@ -274,7 +302,7 @@ def _plane(ax: Axes | None) -> Axes:
 
 def _space(ax: Axes | None) -> Axes:
     if ax is None:
-        drawn: Axes = _new_axes(1, projection="3d")[0]
+        drawn: Axes = _new_axes(1, subplot_kw={"projection": "3d"})[0]
         return drawn
     if ax.name != "3d":
         raise ValueError('three dimensions need axes that figure.add_subplot(projection="3d") makes; these are plain')
@@ -289,29 +317,68 @@ def _new_axes(count: int, columns: int | None = None, **options: Any) -> NDArray
     rows = -(-count // columns)
     size = (5.0, 4.2) if count == 1 else (3.4 * columns, 2.8 * rows)
     figure = pyplot.figure(figsize=size, layout="constrained")
-    return np.array([figure.add_subplot(rows, columns, k + 1, **options) for k in range(count)], dtype=object)
+    grid: NDArray[Any] = figure.subplots(rows, columns, squeeze=False, **options).ravel()
+    for spare in grid[count:]:
+        spare.remove()
+    return grid[:count]
 
 
 def _labelled(axes: Any, dims: Sequence[int]) -> Axes:
     """Name the dimensions; what is equally far is drawn so, since that is how the map sees it."""
     for axis, dim in zip("xyz", dims, strict=False):
         axes.set(**{f"{axis}label": f"dimension {dim}"})
-    axes.set_aspect("equal", adjustable="datalim")
+    axes.set_aspect("equal", adjustable="box")  # limits stay the caller's to set, and axes may share them
     labelled: Axes = axes
     return labelled
 
 
-def _check_dims(codes: Floats, dims: Sequence[int]) -> None:
-    if wrong := [dim for dim in dims if isinstance(dim, bool) or dim not in range(codes.shape[1])]:
-        raise ValueError(f"the codes have dimensions 0 to {codes.shape[1] - 1}; got {wrong[0]!r}")
+# Codes
 
 
-def _lines(segments: Floats, units: int, **options: Any) -> Any:
-    """Edges (edges, 2, dims) in a plane or in space; thin where there are many units."""
+def _codes(trained: Map) -> Floats:
+    """The codes (units, dims), one at least."""
+    codes = codes_of(trained)
+    if not len(codes):
+        raise NotFittedError(f"this {type(trained).__name__} has no units yet; let it learn an input first")
+    return codes
+
+
+def _check_drawable(topology: Topology | None, codes: Floats) -> None:
+    """Units are drawn as cells of a lattice in a plane, else at the first two dimensions of their codes."""
+    if isinstance(topology, Lattice):
+        if len(topology.shape) > 2:
+            raise ValueError(
+                f"cells are drawn of lattices of one or two axes; this one has shape {topology.shape}. "
+                "codebook draws its codes and edges"
+            )
+    elif codes.shape[1] < 2:
+        raise ValueError(
+            "units that are not on a lattice are drawn at dimensions 0 and 1 of their codes; these codes have one "
+            "dimension"
+        )
+
+
+def _check_dims(codes: Floats, dims: Sequence[Any]) -> None:
+    valid = range(codes.shape[1])
+    for dim in dims:
+        if isinstance(dim, bool) or not isinstance(dim, (int, np.integer)) or dim not in valid:
+            raise ValueError(f"there is no dimension {dim!r}: the codes have dimensions 0 to {valid[-1]}")
+
+
+# Sizes
+
+
+def _lines(segments: Floats, **options: Any) -> Any:
+    """Edges (edges, 2, dims) in a plane or in space."""
     kind: Any = LineCollection if segments.shape[2] == 2 else Line3DCollection
-    return kind(segments, linewidths=np.clip(25 / sqrt(units), 0.2, 1.2), rasterized=True, **options)
+    return kind(segments, rasterized=True, **options)
+
+
+def _width(units: int) -> float:
+    """Of edges between so many units, in points."""
+    return float(np.clip(25 / sqrt(units), 0.2, 1.2))
 
 
 def _size(count: int) -> float:
-    """Area of one of so many points."""
+    """Area of one of so many points, in points squared."""
     return float(np.clip(4000 / max(count, 1), 0.5, 16))

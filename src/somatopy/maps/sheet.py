@@ -29,12 +29,14 @@ class Sheet:
         columns: units in a row; lanes beyond them are copies of the last.
         dims: dimensions of the inputs.
         work: scratch of the kernels that learn, shape (rows * lanes,).
+        blank: one input of zeros, shape (1, padded dims), to be copied.
     """
 
     codes: Array
     columns: int
     dims: int
     work: Array = field(repr=False)
+    blank: Array = field(repr=False)
 
     @classmethod
     def of(cls, codebook: Array, columns: int) -> Sheet:
@@ -44,7 +46,8 @@ class Sheet:
         codes = np.zeros((padded_dims(dims), rows, lanes), dtype=codebook.dtype)
         codes[:dims, :, :columns] = codebook.T.reshape(dims, rows, columns)
         codes[:, :, columns:] = codes[:, :, columns - 1 : columns]
-        return cls(codes, columns, dims, np.empty(rows * lanes, codebook.dtype))
+        work, blank = np.empty(rows * lanes, codebook.dtype), np.zeros((1, len(codes)), codebook.dtype)
+        return cls(codes, columns, dims, work, blank)
 
     @property
     def codebook(self) -> Array:
@@ -96,7 +99,7 @@ class SheetMap(Map):
         """The unit nearest to `x` and its Euclidean distance; see `Map.winner`."""
         sheet = self.__dict__.get("_sheet") or check_is_fitted(self)
         samples = self._one(x)
-        unit, distance = nearest(sheet.codes, sheet.columns, sheet.dims, self._may_miss(), samples)
+        unit, distance = nearest(sheet.codes, sheet.columns, sheet.dims, self._ruled()[0], samples)
         if unit < 0:
             raise self._refusal(samples[0, : sheet.dims])
         return unit, distance
@@ -108,10 +111,12 @@ class SheetMap(Map):
 
     def _one(self, x: ArrayLike) -> Array:
         """One input as the kernels take it, not checked yet."""
-        sample = real(x, self._sheet.codes.dtype)
-        if sample.shape != (self._sheet.dims,):
+        sample, sheet = real(x), self._sheet
+        if sample.shape != (sheet.dims,):
             raise self._wrong_length(sample)
-        return self._sheet.padded(sample[None])
+        samples = sheet.blank.copy()
+        samples[0, : sheet.dims] = sample
+        return samples
 
     def _step(self, x: Array) -> int:
         return self._learn(x[None])

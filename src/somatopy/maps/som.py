@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from somatopy.maps.lattice import Lattice
 from somatopy.maps.lattice_kernels import learn_som
 from somatopy.maps.sheet import LatticeMap
 from somatopy.maps.start import fading_schedule, start_codes
@@ -80,23 +79,22 @@ class SOM(LatticeMap):
         self.random_state = random_state
 
     def _start(self, dims: int, rng: np.random.Generator) -> dict[str, NDArray[Any]]:
-        lattice = self._asked_lattice()
-        self._schedule(lattice)
-        return {"codebook": start_codes(self.init, self.bounds, lattice.units, dims, rng)}
+        self._rule()
+        return {"codebook": start_codes(self.init, self.bounds, self._asked_lattice().units, dims, rng)}
 
-    def _schedule(self, lattice: Lattice) -> NDArray[np.float64]:
-        width = (max(max(lattice.shape) / 2, 0.5), 0.5) if self.width is None else self.width
+    def _rule(self) -> NDArray[np.float64]:
+        width = (max(max(self.topology_.shape) / 2, 0.5), 0.5) if self.width is None else self.width
         return fading_schedule(self.learning_rate, width, self.horizon)
 
     def _run(self, samples: NDArray[Any]) -> int:
-        sheet = self._sheet
+        sheet, (missing, schedule) = self._sheet, self._ruled()
         return learn_som(
             sheet.codes,
             self._geometry,
             sheet.dims,
-            self._may_miss(),
+            missing,
             self._memory,
             sheet.work,
             samples,
-            self._schedule(self._lattice),
+            schedule,
         )

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import lru_cache, wraps
 from math import isfinite
-from typing import Any, ParamSpec, TypeVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,30 +17,13 @@ __all__ = [
     "faded",
     "fading",
     "fading_schedule",
-    "remembered",
     "start_codes",
 ]
 
 Floats = NDArray[np.float64]
-P = ParamSpec("P")
-R = TypeVar("R")
 
 MOST = 2**31 - 1  # units and ages are numbers of 32 bits
 NEGLIGIBLE = 37.0  # exp(-37) is under 1e-16: what moves less than that does not move
-
-
-def remembered(make: Callable[P, R]) -> Callable[P, R]:
-    """Remember what a function has made of parameters: maps ask for their rule at every input."""
-    known: Callable[P, R] = lru_cache(maxsize=128, typed=True)(make)  # type: ignore[assignment]
-
-    @wraps(make)
-    def made(*parameters: P.args, **named: P.kwargs) -> R:
-        try:
-            return known(*parameters, **named)
-        except TypeError:  # lists and arrays cannot be looked up
-            return make(*parameters, **named)
-
-    return made
 
 
 def start_codes(init: ArrayLike, bounds: ArrayLike, units: int, dims: int, rng: np.random.Generator) -> Floats:
@@ -136,9 +117,8 @@ def check_units(name: str, value: Any, *, least: int = 1) -> None:
         raise ValueError(f"{name} must be at most {MOST}; got {value!r}")
 
 
-@remembered
 def fading_schedule(learning_rate: Any, width: Any, horizon: Any) -> Floats:
-    """First and last learning rate, first and last width, horizon, as the kernels take them; not to be written to.
+    """First and last learning rate, first and last width, horizon, as the kernels take them.
 
     Raises:
         ValueError: if one is not valid.
