@@ -40,12 +40,18 @@ LINES: dict[tuple[str, str], tuple[str, str, tuple[float, ...]]] = {
 }
 
 
-def costs(side: int, dims: int, turns: int) -> dict[tuple[str, str], float]:
-    """Microseconds an update of what is drawn, at one size."""
+def drawn(side: int, dims: int) -> list[Contestant]:
+    """What is drawn, at one size."""
     shape, inputs = (side, side), uniform(CONVERGED, dims)
-    every: Iterable[Contestant] = (one for enter in (dsoms, soms, gases, growing) for one in enter(shape, dims, inputs))
-    drawn = [one for one in every if (one.group, one.name) in LINES]
-    return {(one["group"], one["name"]): one["microseconds"] for one in measure(drawn, dims, turns)}
+    every = (one for enter in (dsoms, soms, gases, growing) for one in enter(shape, dims, inputs))
+    return [one for one in every if (one.group, one.name) in LINES]
+
+
+def costs(sizes: Iterable[list[Contestant]], dims: int, turns: int) -> list[dict[tuple[str, str], float]]:
+    """Microseconds an update at several sizes, all of which take turns."""
+    each = list(sizes)
+    measured = iter(measure([one for size in each for one in size], dims, turns))
+    return [{(one.group, one.name): next(measured)["microseconds"] for one in size} for size in each]
 
 
 def draw(axes: Axes, places: list[int], found: list[dict[tuple[str, str], float]]) -> None:
@@ -69,8 +75,8 @@ def main() -> None:
     parser.add_argument("--turns", type=int, default=5, help="of which the median counts (default 5)")
     parser.add_argument("--out", type=Path, default=PICTURE)
     chosen = parser.parse_args()
-    by_size = [costs(side, 4, chosen.turns) for side in SIDES]
-    by_dims = [costs(30, dims, chosen.turns) for dims in DIMS]
+    by_size = costs((drawn(side, 4) for side in SIDES), 4, chosen.turns)
+    by_dims = [cost for dims in DIMS for cost in costs([drawn(30, dims)], dims, chosen.turns)]
     with style():
         figure, (left, right) = plt.subplots(1, 2, figsize=(10.5, 4.6), sharey=True, layout="constrained")
         draw(left, [side * side for side in SIDES], by_size)

@@ -9,7 +9,7 @@ import numpy as np
 from bound import bound
 from numpy.typing import NDArray
 from peers import minigng, minisom, numbasom, plain_dsom, plain_gas, plain_graph, tuned_dsom
-from turns import Contestant, Run, uniform
+from turns import MOST, Contestant, Run, uniform
 
 from somatopy.links import PositiveHebb
 from somatopy.links.table import DenseTable, SparseTable, Table
@@ -35,7 +35,7 @@ def each(act: Callable[[Any], object]) -> Run:
 
 def whole(shape: Shape) -> int:
     """Inputs of a whole training of a map with a schedule, in a turn."""
-    return max(200, 4_000_000 // (shape[0] * shape[1]))
+    return min(MOST, max(200, 4_000_000 // (shape[0] * shape[1])))
 
 
 def dsoms(shape: Shape, dims: int, inputs: NDArray[Any]) -> Iterator[Contestant]:

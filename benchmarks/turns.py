@@ -68,7 +68,7 @@ def measure(contestants: Sequence[Contestant], dims: int, turns: int, turn: floa
     for _ in range(turns):
         inputs = stream.random((MOST, dims))
         for taken, contestant in zip(times, contestants, strict=True):
-            assert contestant.count is not None
+            assert contestant.count is not None and contestant.count <= MOST
             taken.append(1e6 * contestant.seconds(inputs[: contestant.count]) / contestant.count)
     medians = [statistics.median(taken) for taken in times]
     reference: dict[str, float] = {}

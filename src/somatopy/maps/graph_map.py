@@ -51,7 +51,7 @@ class GraphMap(Map):
 
     def learn_one(self, x: ArrayLike) -> int:
         """Learn one input (dims,) and return its winner; see `Map.learn_one`."""
-        if not self.__sklearn_is_fitted__():
+        if "_net" not in self.__dict__:
             return super().learn_one(x)
         samples = self._one(x)
         unit = self._run(samples)
@@ -61,7 +61,8 @@ class GraphMap(Map):
 
     def winner(self, x: ArrayLike) -> tuple[int, float]:
         """The unit nearest to `x` and its Euclidean distance; see `Map.winner`."""
-        check_is_fitted(self)
+        if "_net" not in self.__dict__:
+            check_is_fitted(self)  # takes longer than all the rest
         samples = self._one(x)
         self._check_units()
         unit, distance = nearest(self._sheet(), self._units(), self.n_features_in_, self._ruled()[0], samples)

@@ -106,8 +106,9 @@ class SheetMap(Map):
 
     def code(self, unit: int) -> Array:
         """The code of one unit, shape (dims,), without copying all others; see `Map.code`."""
-        check_is_fitted(self)
-        return self._sheet.code(unit)
+        sheet = self.__dict__.get("_sheet") or check_is_fitted(self)  # which takes longer than all the rest
+        code: Array = sheet.code(unit)
+        return code
 
     def _one(self, x: ArrayLike) -> Array:
         """One input as the kernels take it, not checked yet."""
