@@ -139,8 +139,10 @@ class Ordered(Means):
 
 
 class Trusting(Means):
-    def _unusable(self, samples: Array) -> Array:
-        return np.zeros(samples.shape, dtype=bool)
+    def _sample(self, x: ArrayLike) -> Array:
+        return super()._sample(
+            np.nan_to_num(x, nan=np.nan if self.missing == "ignore" else 0.0, posinf=0.0, neginf=0.0)
+        )
 
 
 class Hasty(Means):

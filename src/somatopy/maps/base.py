@@ -15,7 +15,7 @@ from sklearn.exceptions import NotFittedError
 from sklearn.utils.validation import check_is_fitted, validate_data
 
 from somatopy.maps.distances import squared_distances
-from somatopy.maps.kernels import LARGEST, LARGEST_SINGLE
+from somatopy.maps.inputs import LIMITS, MISSING, real, refusal, restored, unusable
 from somatopy.maps.start import check_units
 
 __all__ = ["Map", "Topology"]
@@ -24,8 +24,6 @@ Array = NDArray[Any]
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-LIMITS = {"float64": LARGEST, "float32": LARGEST_SINGLE}
-MISSING = ("error", "ignore")
 CHUNK = 2**22  # distances worked on at a time
 
 
@@ -238,7 +236,7 @@ class Map(ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator, ABC)
             raise ValueError(
                 f"the state of a {type(self).__name__} has {sorted(expected)}; {sorted(wrong)} are missing or unknown"
             )
-        arrays = {name: _restored(name, state[name], like.dtype) for name, like in expected.items()}
+        arrays = {name: restored(name, state[name], like.dtype) for name, like in expected.items()}
         self._check_state(arrays, expected)
         if arrays["samples_seen"].shape or arrays["samples_seen"] < 0:
             raise ValueError(f"the restored samples_seen must be a number from 0 up; got {arrays['samples_seen']}")
@@ -376,7 +374,7 @@ class Map(ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator, ABC)
             raise self._wrong_length(sample)
         if sample.ndim != 1 or sample.size == 0:
             raise ValueError(f"an input must be one vector, shape (dims,); got shape {sample.shape}")
-        if self._unusable(sample[None]).any():
+        if unusable(sample[None], self._may_miss()).any():
             raise self._refusal(sample)
         return sample
 
@@ -384,7 +382,7 @@ class Map(ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator, ABC)
         """Usable inputs (n, dims) in the map's precision."""
         dtype = self._checked() if reset else self._precision()
         samples: Array = validate_data(self, X, reset=reset, dtype=dtype, ensure_all_finite=False)
-        if self._unusable(samples).any():
+        if unusable(samples, self._may_miss()).any():
             raise self._refusal(samples)
         return samples
 
@@ -392,25 +390,8 @@ class Map(ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator, ABC)
         """The precision of the codes; before there are any, the one that they will have."""
         return np.dtype(self._fixed["dtype"]).name if self.__sklearn_is_fitted__() else self._checked()
 
-    def _unusable(self, samples: Array) -> NDArray[np.bool_]:
-        """Which values of the samples (..., dims) keep them from being learned."""
-        unusable: NDArray[np.bool_] = ~(np.abs(samples) <= LIMITS[samples.dtype.name])
-        if self._may_miss():
-            absent = np.isnan(samples)
-            unusable &= ~absent | absent.all(axis=-1, keepdims=True)
-        return unusable
-
     def _refusal(self, samples: Array) -> ValueError:
-        """The error for samples that are not usable, naming the first value that is not."""
-        place = tuple(np.argwhere(self._unusable(samples))[0])
-        if self.missing == "ignore":
-            rule = "finite or NaN, at least one of an input finite"
-        else:
-            rule = 'finite (missing="ignore" allows NaN)'
-        return ValueError(
-            f"input[{', '.join(map(str, place))}] is {samples[place]}: values must be {rule}, and at most "
-            f"{LIMITS[samples.dtype.name]:g} in size; nothing has been learned from this call"
-        )
+        return refusal(samples, self._may_miss())
 
     def _wrong_length(self, sample: Array) -> ValueError:
         return ValueError(
@@ -434,22 +415,3 @@ class Map(ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator, ABC)
         tags = super().__sklearn_tags__()
         tags.input_tags.allow_nan = getattr(self, "missing", "error") == "ignore"
         return tags
-
-
-def real(x: ArrayLike) -> Array:
-    """An array, perhaps not a copy, if it is not one of complex numbers."""
-    given = np.asarray(x)
-    if given.dtype.kind == "c":
-        raise ValueError(f"inputs are real numbers; got complex ones, {x!r}")
-    return given
-
-
-def _restored(name: str, values: ArrayLike, dtype: np.dtype[Any]) -> Array:
-    """A copy of one array of a state, in the type that the map has for it."""
-    given = np.asarray(values)
-    if not np.can_cast(given.dtype, dtype, "same_kind"):
-        raise ValueError(f"the restored {name} must be of a kind that fits {dtype}; got {given.dtype}")
-    restored: Array = given.astype(dtype, copy=True)
-    if not np.isfinite(restored).all():
-        raise ValueError(f"the restored {name} must be finite; it holds a value that is not")
-    return restored

@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from sklearn.utils.validation import check_is_fitted
 
-from somatopy.maps.base import Map, real
+from somatopy.maps.base import Map
 from somatopy.maps.graph import Graph
 from somatopy.maps.graph_kernels import LEAST_FADE, SEEN, UNITS, WIDEST, Net
+from somatopy.maps.inputs import real
 from somatopy.maps.kernels import LANES, nearest, padded_dims, squared_from_units, winners
 
 __all__ = ["GraphMap"]

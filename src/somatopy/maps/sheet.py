@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from sklearn.utils.validation import check_is_fitted
 
-from somatopy.maps.base import Map, real
+from somatopy.maps.base import Map
+from somatopy.maps.inputs import real
 from somatopy.maps.kernels import LANES, nearest, padded_dims, squared_from_units, winners
 from somatopy.maps.lattice import Lattice, check_shape
 

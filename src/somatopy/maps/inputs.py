@@ -1,0 +1,55 @@
+"""What maps take: real numbers that are finite, not too large, and missing only where they may be."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from somatopy.maps.kernels import LARGEST, LARGEST_SINGLE
+
+__all__ = ["LIMITS", "MISSING", "real", "refusal", "restored", "unusable"]
+
+Array = NDArray[Any]
+
+LIMITS = {"float64": LARGEST, "float32": LARGEST_SINGLE}
+MISSING = ("error", "ignore")
+
+
+def real(x: ArrayLike) -> Array:
+    """An array, perhaps not a copy, if it is not one of complex numbers."""
+    given = np.asarray(x)
+    if given.dtype.kind == "c":
+        raise ValueError(f"inputs are real numbers; got complex ones, {x!r}")
+    return given
+
+
+def unusable(samples: Array, missing: bool) -> NDArray[np.bool_]:
+    """Which values of the samples (..., dims) keep them from being learned; some may be missing, but not all."""
+    refused: NDArray[np.bool_] = ~(np.abs(samples) <= LIMITS[samples.dtype.name])
+    if missing:
+        absent = np.isnan(samples)
+        refused &= ~absent | absent.all(axis=-1, keepdims=True)
+    return refused
+
+
+def refusal(samples: Array, missing: bool) -> ValueError:
+    """The error for samples that are not usable, naming the first value that is not."""
+    place = tuple(np.argwhere(unusable(samples, missing))[0])
+    rule = "finite or NaN, at least one of an input finite" if missing else 'finite (missing="ignore" allows NaN)'
+    return ValueError(
+        f"input[{', '.join(map(str, place))}] is {samples[place]}: values must be {rule}, and at most "
+        f"{LIMITS[samples.dtype.name]:g} in size; nothing has been learned from this call"
+    )
+
+
+def restored(name: str, values: ArrayLike, dtype: np.dtype[Any]) -> Array:
+    """A copy of one array of a state, in the type that the map has for it."""
+    given = np.asarray(values)
+    if not np.can_cast(given.dtype, dtype, "same_kind"):
+        raise ValueError(f"the restored {name} must be of a kind that fits {dtype}; got {given.dtype}")
+    copied: Array = given.astype(dtype, copy=True)
+    if not np.isfinite(copied).all():
+        raise ValueError(f"the restored {name} must be finite; it holds a value that is not")
+    return copied
