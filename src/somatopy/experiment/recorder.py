@@ -23,7 +23,7 @@ PART_FRAMES = 4500
 CITE = (
     "G. Schillaci, V. V. Hafner, B. Lara: Online Learning of Visuo-Motor Coordination in a Humanoid Robot. "
     "A Biologically Inspired Model. IEEE ICDL-EpiRob, 2014.",
-    "N. Rougier, Y. Boniface: Dynamic self-organising maps. Neurocomputing 74(11), 1840-1847, 2011.",
+    "N. Rougier, Y. Boniface: Dynamic self-organising map. Neurocomputing 74(11), 1840-1847, 2011.",
 )
 _PACKAGES = ("somatopy", "numpy", "numba", "mujoco", "opencv-python-headless", "pyarrow")
 

@@ -27,7 +27,9 @@ class SOM(LatticeMap):
     first value :math:`a` to a last one :math:`b` as :math:`a (b / a)^{t / T}` with the number :math:`t` of inputs seen
     so far, and stay at the last one from the horizon :math:`T` on: `partial_fit` goes on where learning stands.
 
-    Source: T. Kohonen, Self-organized formation of topologically correct feature maps, Biological Cybernetics 43, 1982.
+    Source: T. Kohonen, Self-organized formation of topologically correct feature maps, Biological Cybernetics 43, 1982;
+    the Gaussian and the fading as in H. Ritter, T. Martinetz, K. Schulten, Neural Computation and Self-Organizing Maps,
+    Addison-Wesley, 1992.
 
     Args:
         shape: units along each lattice axis, one to four numbers.
