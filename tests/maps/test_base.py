@@ -111,7 +111,7 @@ def test_the_toy_has_under_30_lines() -> None:
     ("method", "given", "message"),
     [
         ("learn_one", [0.0, np.nan, 0.0], r'input\[1\] is nan: values must be finite \(missing="ignore" allows NaN\)'),
-        ("learn_one", [0.0, 0.0, -np.inf], r"input\[2\] is -inf: .* at most 1e\+150 in size; nothing has been learned"),
+        ("learn_one", [0.0, 0.0, -np.inf], r"input\[2\] is -inf: .* at most 1e\+150 in size; nothing has changed"),
         ("winner", [0.0, 1e151, 0.0], r"input\[1\] is 1e\+151: values must be finite"),
         ("partial_fit", [[0.0, 0.0, 0.0], [1e151, 0.0, 0.0]], r"input\[1, 0\] is 1e\+151: values must be finite"),
         ("learn_one", [0.0, 0.0], r"learns inputs of shape \(3,\); got shape \(2,\)\. Call initialise\(dims\)"),
@@ -143,7 +143,7 @@ def test_an_input_without_any_value_is_refused_by_name(make: Callable[..., Map])
         (learner.winner, [0.0, np.inf, np.nan], r"\[1\]"),
         (learner.partial_fit, [[0.0, 0.0, np.nan], [np.nan] * 3], r"\[1, 0\]"),
     ):
-        with pytest.raises(ValueError, match=rf"input{place} is .*finite or NaN, at least one of an input finite"):
+        with pytest.raises(ValueError, match=rf"input{place} is .*finite or NaN, not all of an input NaN"):
             call(given)
 
 
@@ -376,6 +376,12 @@ def test_tables_are_given_where_tables_are_asked_for() -> None:
     assert quality(som, INPUTS) == quality(plain, INPUTS)
     with sklearn.config_context(transform_output="pandas"):
         check_map(RunningMeans)
+
+
+def test_a_unit_that_is_not_there_is_refused_by_name() -> None:
+    """The message has the number that was asked for."""
+    with pytest.raises(IndexError, match="this map has units 0 to 5; got 6"):
+        SOM(shape=(3, 2)).fit(INPUTS).code(6)
 
 
 def test_a_map_without_units_gives_no_distances() -> None:

@@ -111,6 +111,16 @@ class Confused(Means):
         return (super().learn_one(x) + 1) % self.max_units
 
 
+class Oblivious(Means):
+    def _winner(self, x: Array) -> int:
+        return int(np.argmin(((self._codes() - x) ** 2).sum(axis=1)))
+
+
+class Failing(Means):
+    def _step(self, x: Array) -> int:
+        raise KeyError("oops")
+
+
 class Numeric(Means):
     def _winner(self, x: Array) -> Any:
         return self._winners(x[None])[0]
@@ -390,6 +400,8 @@ def test_a_sound_map_passes() -> None:
         (Batching, "agree bit for bit.*learn_one and partial_fit differ"),
         (Miscounting, "samples_seen_ 79 of 80"),
         (Confused, "learn_one returns the winner before the update"),
+        (Oblivious, r'learn_one returns the winner before the update \(missing="ignore"\)'),
+        (Failing, "_start and _step run, and leave what the map needs.*KeyError: 'oops'"),
         (Numeric, r"learn_one returns the winner before the update.*np\.int64"),
         (Squared, "transform gives the Euclidean distance"),
         (Partial, "transform_chunks differs"),

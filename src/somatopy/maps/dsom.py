@@ -53,8 +53,8 @@ class DSOM(LatticeMap):
         shape: units along each lattice axis, one to four numbers.
         learning_rate: :math:`\varepsilon`, in (0, 1]; None is the preset's, .1, or .2 for `schillaci2016`.
         elasticity: :math:`\eta`, over 0: how strongly units are coupled. With `rougier` order needs a large one, about
-            1.75 for data of two dimensions, .7 of three, .35 to .5 of four; much more, and the map collapses. None is the
-            preset's: .1, which gives next to no order, or 1.5 for `schillaci2016`.
+            1.75 for data of two dimensions, .7 of three, .35 to .5 of four; much more, and the map collapses. None is
+            the preset's: .1, which gives next to no order, or 1.5 for `schillaci2016`.
         preset: how equations 1 and 2 are normalised: "rougier", "schillaci2016" or "printed".
         lattice: "rectangular" or "hexagonal"; see `Lattice`.
         periodic: whether opposite borders of the lattice touch.

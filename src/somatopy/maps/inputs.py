@@ -37,10 +37,10 @@ def unusable(samples: Array, missing: bool) -> NDArray[np.bool_]:
 def refusal(samples: Array, missing: bool) -> ValueError:
     """The error for samples that are not usable, naming the first value that is not."""
     place = tuple(np.argwhere(unusable(samples, missing))[0])
-    rule = "finite or NaN, at least one of an input finite" if missing else 'finite (missing="ignore" allows NaN)'
+    rule = "finite or NaN, not all of an input NaN" if missing else 'finite (missing="ignore" allows NaN)'
     return ValueError(
         f"input[{', '.join(map(str, place))}] is {samples[place]}: values must be {rule}, and at most "
-        f"{LIMITS[samples.dtype.name]:g} in size; nothing has been learned from this call"
+        f"{LIMITS[samples.dtype.name]:g} in size; nothing has changed"
     )
 
 

@@ -57,6 +57,9 @@ class Sheet:
 
     def code(self, unit: int) -> Array:
         """A copy of one unit's code, shape (dims,)."""
+        units = self.codes.shape[1] * self.columns
+        if not -units <= unit < units:
+            raise IndexError(f"this map has units 0 to {units - 1}; got {unit}")
         row, column = divmod(unit, self.columns)
         return self.codes[: self.dims, row, column].copy()
 

@@ -13,6 +13,7 @@ __all__ = ["check_map"]
 
 _PARAMETERS = ("dtype", "missing", "random_state")
 _LAWS = (
+    learning.runs,
     looking.shows_nothing_before_it_starts,
     keeping.draws_from_its_seed,
     learning.owns_its_inputs,
@@ -29,6 +30,7 @@ _LAWS = (
     keeping.goes_on_from_files_and_copies,
     keeping.goes_on_from_states,
     learning.learns_around_gaps,
+    learning.returns_the_winner_of_gaps_too,
     learning.moves_only_what_was_observed,
     learning.computes_as_precisely_as_asked,
     learning.keeps_its_precision,

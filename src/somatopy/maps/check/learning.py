@@ -24,9 +24,23 @@ __all__ = [
     "owns_its_inputs",
     "refuses_before_anything_changes",
     "returns_the_winner_before_the_update",
+    "returns_the_winner_of_gaps_too",
+    "runs",
 ]
 
 LENGTHS: tuple[Any, ...] = ([1.0, 2.0], [1.0], 1.0, [[1.0, 2.0, 3.0]], [], np.ones((DIMS, 1)))
+
+
+def runs(maps: Maps) -> None:
+    """It starts and learns at all."""
+    with law(
+        "_start and _step run, and leave what the map needs",
+        "mend the error; _start gives a dictionary of arrays with a codebook (units, dims), _step changes what is in "
+        "self._learned, which Map has added samples_seen to",
+    ):
+        learner = maps.new().initialise(DIMS)
+        for x in INPUTS[:10]:
+            learner.learn_one(x)
 
 
 def learns_in_any_pieces(maps: Maps) -> None:
@@ -46,9 +60,21 @@ def learns_in_any_pieces(maps: Maps) -> None:
 
 def returns_the_winner_before_the_update(maps: Maps) -> None:
     """learn_one returns what winner said."""
-    with law("learn_one returns the winner before the update", "find it first, and return it as an int") as holds:
-        learner = maps.new().initialise(DIMS)
-        for x in INPUTS:
+    _returns_the_winner(maps, "error", INPUTS)
+
+
+def returns_the_winner_of_gaps_too(maps: Maps) -> None:
+    """The same of inputs that lack a coordinate."""
+    _returns_the_winner(maps, "ignore", GAPPY)
+
+
+def _returns_the_winner(maps: Maps, missing: str, inputs: Any) -> None:
+    with law(
+        f'learn_one returns the winner before the update (missing="{missing}")',
+        "find it first, by _winners, which knows of NaN, and return it as an int",
+    ) as holds:
+        learner = maps.new(missing=missing).initialise(DIMS)
+        for x in inputs:
             try:
                 unit, _ = learner.winner(x)
             except NotFittedError:  # there are no units yet
