@@ -1,6 +1,6 @@
-"""Measure what the elasticity of a DSOM does to its error and to its order; prints the table of docs/maps/dsom.md.
+"""Measure what the elasticity of a DSOM does: error, order, twists. The numbers of docs/maps/dsom.md.
 
-Uniform inputs from the unit cube, 100,000 of them, three seeds; measured on 2,000 fresh ones. Takes about a minute.
+Takes about a minute.
 
 Example: python docs/sweep_elasticity.py
 """
@@ -8,25 +8,51 @@ Example: python docs/sweep_elasticity.py
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from somatopy.maps import DSOM
-from somatopy.maps.quality import quantisation_error, topographic_error
+from somatopy.maps.quality import mean_squared_error, quantisation_error, topographic_error
 
-INPUTS, SEEDS = 100_000, 3
+Floats = NDArray[np.float64]
+
 ELASTICITIES = (0.1, 0.2, 0.35, 0.5, 0.7, 1.0, 1.75)
 CASES = ((2, (8, 8)), (2, (30, 30)), (3, (30, 30)), (4, (8, 8)), (4, (30, 30)))
+TWISTED = 1.5  # times the median error of all seeds
+
+
+def trained(inputs: Floats, shape: tuple[int, int], elasticity: float, seed: int, preset: str = "rougier") -> DSOM:
+    return DSOM(shape=shape, elasticity=elasticity, preset=preset, random_state=seed).partial_fit(inputs)
 
 
 def measured(dims: int, shape: tuple[int, int], elasticity: float) -> str:
-    """Medians of quantisation error and topographic error."""
-    fresh = np.random.default_rng(9).random((2000, dims))
-    found = []
-    for seed in range(SEEDS):
-        inputs = np.random.default_rng(50 + seed).random((INPUTS, dims))
-        dsom = DSOM(shape=shape, elasticity=elasticity, random_state=seed).partial_fit(inputs)
+    """Medians, over three seeds, of quantisation error and topographic error on fresh inputs from the unit cube."""
+    fresh, found = np.random.default_rng(9).random((2000, dims)), []
+    for seed in range(3):
+        dsom = trained(np.random.default_rng(50 + seed).random((100_000, dims)), shape, elasticity, seed)
         found.append((quantisation_error(dsom, fresh), topographic_error(dsom, fresh)))
     error, disorder = np.median(found, axis=0)
     return f"{error:.3f}, {disorder:.2f}"
+
+
+def ring(rng: np.random.Generator, count: int) -> Floats:
+    angle, radius = rng.uniform(0, 2 * np.pi, count), np.sqrt(rng.uniform(0.25**2, 0.5**2, count))
+    return 0.5 + np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=1)
+
+
+def twisted(inputs: Floats, elasticity: float, starts: int) -> str:
+    """How many of so many random starts of 8x8 units end with far more than the median error."""
+    errors = np.array([mean_squared_error(trained(inputs, (8, 8), elasticity, seed), inputs) for seed in range(starts)])
+    return f"{(errors > TWISTED * np.median(errors)).sum()} of {starts}"
+
+
+def collapsed(inputs: Floats, elasticity: float) -> str:
+    """How many times the error of `rougier` the preset `printed` has, from five starts."""
+    ratios = [
+        mean_squared_error(trained(inputs, (8, 8), elasticity, seed, "printed"), inputs)
+        / mean_squared_error(trained(inputs, (8, 8), elasticity, seed), inputs)
+        for seed in range(5)
+    ]
+    return f"{min(ratios):.1f} to {max(ratios):.1f} times"
 
 
 def main() -> None:
@@ -35,6 +61,12 @@ def main() -> None:
     for dims, shape in CASES:
         cells = [measured(dims, shape, elasticity) for elasticity in ELASTICITIES]
         print(f"| {dims}, {shape[0]}x{shape[1]} | " + " | ".join(cells) + " |", flush=True)
+    square = np.random.default_rng(0).random((20_000, 2))
+    for elasticity in (1.5, 1.75, 2.0):
+        on_ring = ", ".join(twisted(ring(np.random.default_rng(draw), 20_000), elasticity, 20) for draw in (1, 2))
+        print(f"twisted at {elasticity}: square {twisted(square, elasticity, 80)}, two rings {on_ring}")
+    for elasticity in (0.1, 1.75):
+        print(f"printed at {elasticity}: {collapsed(square, elasticity)} the error of rougier")
 
 
 if __name__ == "__main__":
