@@ -70,6 +70,16 @@ def test_grid_reaches_the_limits_themselves(body: MujocoBody) -> None:
         assert column.max() == pytest.approx(body.legal([yaw, 9])[1])
 
 
+def test_grid_holds_each_head_posture_once_and_where_it_is(body: MujocoBody) -> None:
+    """Places of the grid that are illegal by a step or more are empty, not filled with the nearest legal posture."""
+    for shape in (COARSE, FINE):
+        vantages = Vantages.of(body, shape)
+        assert len(np.unique(vantages.heads, axis=0)) == len(vantages.heads)
+        places = np.stack(np.unravel_index(vantages.cells, shape), axis=1)
+        step = (body.head.upper - body.head.lower) / (np.array(shape) - 1)
+        assert (np.abs(vantages.heads - body.head.lower - places * step) < step).all()
+
+
 def test_robustness_is_the_distance_from_the_nearest_that_does_not_see(body: MujocoBody) -> None:
     """In steps of the grid along either joint; what lies beyond the limits counts as not seeing."""
     vantages = Vantages.of(body, COARSE)
@@ -128,6 +138,27 @@ def test_reactive_gaze_keeps_an_arm_in_view_that_rests(body: MujocoBody) -> None
     assert hits.all() and possible.all()
 
 
+def test_reactive_gaze_does_not_know_the_next_frame(body: MujocoBody) -> None:
+    """It misses an arm that jumps out of its view, however near the head would have to go, and sees it soon after."""
+    vantages, rng, jumps = Vantages.of(body, COARSE), np.random.default_rng(5), 0
+    while jumps < 5:
+        here, there = rng.uniform(body.arm.lower, body.arm.upper, (2, 4))
+        (looks, _), (aims, sees) = (gazes_at(vantages, arm) for arm in (here, there))
+        near = len(looks) and len(aims) and np.abs(looks[:, None] - aims).max() < body.head.velocity.min() / 15
+        if not near or (np.abs(looks[:, None] - sees).max(axis=2) == 0).any():
+            continue
+        jumps += 1
+        hits, possible = reactive_hits(vantages, np.repeat([here, there], [5, 5], axis=0))
+        assert possible.all() and hits[:5].all() and not hits[5] and hits[7:].all()
+
+
+def gazes_at(vantages: Vantages, arm: Floats) -> tuple[Floats, Floats]:
+    """The most robust head postures for an arm posture, and all that see it."""
+    seen = vantages.seeing(arm)
+    value = vantages.robustness(seen)
+    return vantages.heads[seen & (value == value.max())], vantages.heads[seen]
+
+
 def test_servos_lag_makes_the_reactive_gaze_worse() -> None:
     """With physics the head is later than its set-points."""
     kinematic, dynamic = (MujocoBody("nao", motion) for motion in ("kinematic", "dynamic"))
@@ -144,6 +175,16 @@ def test_best_fixed_head_sees_more_than_any_other_on_the_grid(body: MujocoBody) 
     counts = np.sum([vantages.seeing(arm) for arm in arms], axis=0)
     assert sum(vantages.eye.find(body.view(arm, best)) is not None for arm in arms) == counts.max() > 0
     np.testing.assert_array_equal(body.legal(best), best)
+
+
+def test_best_fixed_head_is_the_most_robust_of_equals(body: MujocoBody) -> None:
+    """Of one arm posture many see all there is: the best stands in their midst, so that all around it see it too."""
+    arm, step = np.array([0.4, 0.0, -1.0, -0.9]), (body.head.upper - body.head.lower) / (np.array(COARSE) - 1)
+    best, vantages = best_fixed_head(body, arm[None], COARSE), Vantages.of(body, COARSE)
+    seen = vantages.seeing(arm)
+    assert (vantages.heads[seen] != best).any(axis=1).sum() > 5
+    around = (np.abs(vantages.heads - best) < 1.5 * step).all(axis=1)
+    assert around.sum() == 9 and seen[around].all()
 
 
 def test_best_fixed_head_needs_arm_postures(body: MujocoBody) -> None:

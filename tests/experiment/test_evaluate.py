@@ -10,8 +10,10 @@ import numpy as np
 import pytest
 
 from somatopy.analysis.runs import Run
-from somatopy.experiment import Description, DescriptionError, Experiment
+from somatopy.bodies import MujocoBody
+from somatopy.experiment import Description, DescriptionError, Experiment, loop
 from somatopy.experiment.checkpoint import FILE
+from somatopy.experiment.damage import NoDamage
 from somatopy.experiment.evaluate import evaluate
 from somatopy.experiment.recorder import prepare_folder
 
@@ -68,6 +70,36 @@ def test_the_learner_perceives_the_last_damage(run_short: RunShort) -> None:
     assert found["learned", True]["gaze_error_deg"] != found["learned", False]["gaze_error_deg"]
 
 
+def test_a_gaze_beyond_the_limits_is_judged_at_the_limits(run_short: RunShort) -> None:
+    """A posture whose pitch its yaw forbids is judged as the one that the head can take instead."""
+    illegal = [1.2, 0.51]
+    body = MujocoBody("nao", "kinematic")
+    legal = body.legal(illegal).tolist()
+    body.close()
+    assert legal != illegal
+    found = []
+    for name, head in (("illegal", illegal), ("legal", legal)):
+        found.append(evaluate(run_short(name, learner={"kind": "fixed", "head": head}).path, 150))
+    assert found[0] == found[1]
+
+
+def test_an_injured_body_is_judged_injured(run_short: RunShort, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With its camera torn off in the last phase nothing can be reached; intact, the same gaze sees much."""
+    run = run_short(learner=AHEAD, phases=[{"name": "intact", "frames": 3}, {"name": "hurt", "frames": 3}])
+    assert evaluate(run.path, 100)["rate"] > 0.05
+    real = loop.build_damage
+    monkeypatch.setattr(loop, "build_damage", lambda p, body: TornOff() if p.name == "hurt" else real(p, body))
+    hurt = evaluate(run.path, 100)
+    assert (hurt["rate"], hurt["reachable"], hurt["efficiency"]) == (0.0, 0.0, None)
+
+
+class TornOff(NoDamage):
+    """Takes the robot's cameras 100 m away."""
+
+    def injure(self, body: MujocoBody) -> None:  # type: ignore[override]
+        body.model.cam_pos[:] += 100.0
+
+
 def test_postures_come_from_the_babbling_range(run_short: RunShort) -> None:
     """In a range where the hand hangs behind the robot nothing is reachable: the efficiency is unknown, not 0 or 1."""
     behind = {"range": [[1.9, 2.0], [1.2, 1.3], [-0.1, 0.1], [-0.1, -0.04]]}
@@ -93,8 +125,6 @@ def test_an_interrupted_run_can_be_asked(short: Short, tmp_path: Path) -> None:
 @pytest.mark.gl
 def test_it_needs_no_pictures_even_of_a_rendered_run(run_short: RunShort, monkeypatch: pytest.MonkeyPatch) -> None:
     """The geometric eye judges; nothing is drawn."""
-    from somatopy.bodies import MujocoBody
-
     run = run_short(eye={"kind": "fiducial"}, phases=[{"frames": 20}])
 
     def draw(*args: object) -> np.ndarray:

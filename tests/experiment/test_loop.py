@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import sys
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
@@ -20,6 +21,7 @@ from somatopy.experiment import Description, DescriptionError, Experiment, load_
 from somatopy.experiment.checkpoint import FILE, locked, read_checkpoint
 from somatopy.experiment.damage import NoDamage
 from somatopy.experiment.recorder import prepare_folder
+from somatopy.eyes import FiducialEye
 from somatopy.percept import Percept
 
 Short = Callable[..., Description]
@@ -193,6 +195,29 @@ def test_frames_and_hits_are_counted(short: Short, tmp_path: Path) -> None:
         *["physics", "render", "detect", "babble", "damage", "learn", "record"]
     }
     assert sum(cost["microseconds_per_frame"].values()) * 300e-6 < cost["wall_s"]
+
+
+def test_drawing_is_not_counted_as_detecting(run_short: RunShort, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where a picture takes 4 s and searching it 1 s, drawing is charged 4 s a frame, and detection 1 s."""
+    now = [0.0]
+
+    def slow(seconds: float, result: Any) -> Any:
+        def take_time(*_: object, **__: object) -> Any:
+            now[0] += seconds
+            return result
+
+        return take_time
+
+    for module in [module for name, module in sys.modules.items() if name.startswith("somatopy")]:
+        if hasattr(module, "perf_counter"):
+            monkeypatch.setattr(module, "perf_counter", lambda: now[0])
+    monkeypatch.setattr(MujocoBody, "picture", slow(4.0, np.zeros((240, 320, 3), np.uint8)))
+    monkeypatch.setattr(FiducialEye, "detect", slow(1.0, {}))
+    cost = run_short(eye={"kind": "fiducial", "skip": False}, phases=[{"frames": 10}]).cost
+    assert cost is not None
+    spent = cost["microseconds_per_frame"]
+    assert (spent["render"], spent["detect"]) == pytest.approx((4e6, 1e6))
+    assert sum(spent.values()) == pytest.approx(5e6)
 
 
 def until(frame: int) -> Callable[[Experiment], bool]:
