@@ -149,6 +149,13 @@ def test_held_joints_are_inside_and_never_gain(position: Any, speed: Any, edges:
     assert (np.abs(qvel[:2]) <= np.abs(speed)).all() and (qvel[:2] * speed >= 0).all()
 
 
+def test_a_stop_takes_the_velocity_into_it_and_no_other() -> None:
+    """A joint beyond an end stands still there if it was moving on, and keeps its velocity if it was coming back."""
+    qpos, qvel, four = np.array([-1.1, -1.1, 1.1, 1.1]), np.array([-0.5, 0.5, 0.5, -0.5]), np.arange(4)
+    hold_inside(qpos, qvel, four, four, -np.ones(4), np.ones(4), np.full(4, 8.0), 0.01)
+    assert qpos.tolist() == [-1, -1, 1, 1] and qvel.tolist() == [0, 0.5, 0, -0.5]
+
+
 def test_held_joints_inside_their_limits_are_left_alone() -> None:
     """To the last bit: free motion is MuJoCo's own."""
     qpos, qvel = np.array([0.1, -0.2]), np.array([1.3, -0.7])

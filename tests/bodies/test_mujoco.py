@@ -146,6 +146,27 @@ def test_no_command_leads_beyond_the_limits_in_kinematic_motion(commands: Comman
         before = posture(reading)
 
 
+@pytest.mark.parametrize("target", [[1.5, 0.1], [-9.0, 9.0], [1.9, 0.5]])
+def test_reported_commands_are_the_clipped_targets(motion: Motion, target: list[float]) -> None:
+    """From the first frame of a long way on, when set-points and joints are still far from there."""
+    body = MujocoBody("nao", motion, arm_speed=0.3, head_speed=0.3)
+    reading = body.step([9.0, 0.2, -9.0, -1.0], target)
+    np.testing.assert_allclose(reading.arm_command, [UPPER[0], 0.2, LOWER[2], -1.0], atol=1e-5)
+    np.testing.assert_array_equal(reading.head_command, body.legal(target))
+    assert np.abs(reading.head - reading.head_command).max() > 1
+
+
+def test_views_are_those_of_the_posture_itself(nao: MujocoBody) -> None:
+    """Beyond the limits too nothing is clipped: other poses than at the limit, the same as of a body put there."""
+    for head in ([0.5, 0.2], [2.6, 0.0], [0.0, 1.0], [1.9, 0.5]):
+        asked, there = nao.view(RAISED, head), nao.place(RAISED, head).view
+        assert there is not None
+        for name in ("camera", "marker", "occluders"):
+            np.testing.assert_array_equal(getattr(asked, name), getattr(there, name))
+        at_the_limit = nao.view(RAISED, nao.legal(head)).camera
+        assert (np.abs(at_the_limit - asked.camera).max() > 0.05) == (not nao.allows(head))
+
+
 def test_velocity_limits_are_the_robots(nao: MujocoBody) -> None:
     """The group tells what the body holds."""
     np.testing.assert_allclose(np.concatenate([nao.arm.velocity, nao.head.velocity]), VELOCITY, rtol=1e-6)
@@ -305,6 +326,12 @@ def test_arm_passes_the_head_and_is_noticed(nao: MujocoBody) -> None:
     mujoco.mj_forward(nao.model, nao.data)
     assert nao.data.ncon > 0 and (nao.data.contact.efc_address < 0).all()
     assert not hold(nao, FORWARD, seconds=6.0).overlap
+
+
+def test_contact_of_other_parts_is_no_overlap(nao: MujocoBody) -> None:
+    """The arm at the torso touches it, and that is not told as arm and head in each other."""
+    reading = hold(nao, INTO_TORSO)
+    assert nao.data.ncon > 0 and not reading.overlap
 
 
 # -- another robot -----------------------------------------------------------------------------------------------------

@@ -158,6 +158,16 @@ def test_sphere_hides_the_tag_where_it_stands_before_it(place: tuple[float, floa
     assert (GeometricEye(CAMERA, MARKER, SPHERE).find(with_sphere(*place)) is not None) == visible
 
 
+@pytest.mark.parametrize("place", [(1, 1), (1, -1), (-1, 1), (-1, -1), (1, 0), (0, 1), (-1, 0), (0, -1)])
+def test_what_covers_the_middle_of_the_frame_hides_and_what_touches_its_rim_does_not(place: tuple[int, int]) -> None:
+    """A tag is 4 cells wide within a black frame of 1: the frame's middle is 2.5 of 3 cells from the tag's centre."""
+    dot = Shapes(np.array([2]), np.full((1, 4), 0.0005))
+    rim = 0.5 * MARKER.tag_size * np.array(place)
+    for cells, visible in ((2.5, False), (3.0, True)):
+        x, y = 0.5 * rim * cells / 3  # half way to the tag, which is 0.275 m off
+        assert (GeometricEye(CAMERA, MARKER, dot).find(with_sphere(x, y, -0.1375)) is not None) == visible
+
+
 def test_where_the_largest_tag_is_hidden_the_next_is_read() -> None:
     """Turned a little less than midway between two tags, with a sphere before the larger."""
     eye, turn = GeometricEye(CAMERA, MARKER, SPHERE), about_x(np.deg2rad(40))
