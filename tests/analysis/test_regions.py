@@ -33,6 +33,14 @@ def test_cells_are_those_of_a_histogram(rich_run: Any) -> None:
     np.testing.assert_array_equal(regions.misses[0, 2], expected)
 
 
+def test_angles_on_a_border_belong_to_the_cell_above(make_run: Any) -> None:
+    """As in NumPy's histogram, where cells hold their lower border and the last one its upper one too."""
+    a, b = (part.ravel() for part in np.mgrid[0.0:5.0, 0.0:5.0])
+    regions = arm_regions(make_run(np.zeros(25), distances={"arm_a_rad": a, "arm_b_rad": b}), cells=4)[0]
+    assert regions.edges.tolist() == [[0, 1, 2, 3, 4]] * 2
+    assert regions.frames[0, 1].tolist() == np.outer([1, 1, 1, 2], [1, 1, 1, 2]).tolist()
+
+
 def test_shares_show_where_the_hand_is_seen(rich_run: Any) -> None:
     """The run sees half of the frames with the shoulder pitched above 0, and a tenth of the others."""
     regions = arm_regions(rich_run, cells=4)[0]

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import json
 from typing import Any
 
 import numpy as np
 import pytest
 
+from somatopy.analysis.runs import load_run
 from somatopy.analysis.standings import Standing, render_standings, standings
 
 
@@ -23,6 +25,19 @@ def test_efficiency_is_rate_by_ceiling(rich_run: Any) -> None:
         products = [share * limit for share, limit in zip(standing.efficiencies, ceiling, strict=True)]
         assert products == pytest.approx(list(standing.rates))
     assert found[0].efficiencies == (1.0, 1.0) and found[1].efficiencies == pytest.approx((0.9, 0.9))
+
+
+def test_each_phase_has_a_bound_of_its_own(make_run: Any) -> None:
+    """Half the frames could be seen in the first phase, a quarter in the second: shares are of those."""
+    run = make_run(np.arange(100) % 5 == 0, np.arange(100) % 5 == 0)
+    phases = [{"rate": rate, "per_window": []} for rate in (0.5, 0.25)]
+    reactive = {"rate": 0.3, "ceiling_rate": 0.375, "frames": 200}
+    table = {"eye": "geometric", "grid": [97, 29], "every": 10, "rate": 0.375, "phases": phases, "reactive": reactive}
+    (run.path / "ceiling.json").write_text(json.dumps(table))
+    ceiling, bound, own = standings(load_run(run.path))
+    assert (ceiling.rates, ceiling.efficiencies) == ((0.5, 0.25), (1.0, 1.0))
+    assert bound.rates == pytest.approx((0.4, 0.2)) and bound.efficiencies == pytest.approx((0.8, 0.8))
+    assert own.rates == (0.2, 0.2) and own.efficiencies == pytest.approx((0.4, 0.8))
 
 
 def test_without_ceiling_and_controls_the_run_stands_alone(make_run: Any) -> None:

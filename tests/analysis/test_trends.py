@@ -66,6 +66,12 @@ def test_newey_west_on_an_example() -> None:
     assert expected > 1.3 * textbook(counts)
 
 
+def test_lag_is_newey_and_wests_rule() -> None:
+    """The greatest whole L with L <= 4 (n / 100)^(2/9), in whole numbers: 10^4 L^9 <= 4^9 n^2."""
+    for n in range(3, 3000):
+        assert lag_of(n) == max(lag for lag in range(12) if 10**4 * lag**9 <= 4**9 * n**2)
+
+
 def test_newey_west_covers_where_the_textbook_does_not() -> None:
     """Over 400 flat series with autocorrelated noise, 95 % intervals hold 0 more often than the textbook's."""
     rng = np.random.default_rng(0)

@@ -78,6 +78,28 @@ def test_the_target_stays_while_the_movement_lasts(make: Make) -> None:
     assert (often.command(end) != first).any()
 
 
+def test_a_movement_begins_with_the_question_that_finds_the_last_one_ended(make: Make) -> None:
+    """Asked late, the babbler gives the next movement its whole time from then on, as set-points start only then."""
+    babbler, speeds = make(6), np.array([SPEED, 0.25])
+    first = babbler.command(0.0)
+    late = float((np.abs(first - START) / speeds).max()) + 0.4
+    second = babbler.command(late)
+    end = late + float((np.abs(second - first) / speeds).max())
+    assert (babbler.command(end - 0.01) == second).all()
+    assert (babbler.command(end + 0.01) != second).any()
+
+
+def test_rounded_times_shorten_no_later_movement(make: Make) -> None:
+    """A question half a rounding early is answered as if in time; the movement after it is not early for that."""
+    babbler, speeds, early = make(6), np.array([SPEED, 0.25]), 0.9e-9
+    targets, ends = [START, babbler.command(0.0)], [0.0]
+    for _ in range(20):
+        ends.append(ends[-1] + float((np.abs(targets[-1] - targets[-2]) / speeds).max()))
+        assert (babbler.command(ends[-1] - 2 * early) == targets[-1]).all()
+        targets.append(babbler.command(ends[-1] - early))
+        assert (targets[-1] != targets[-2]).any()
+
+
 def test_one_seed_one_stream_and_two_seeds_differ(make: Make) -> None:
     """The commands are a function of the seed and of the times asked."""
     times = np.arange(300) / 15

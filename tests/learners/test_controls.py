@@ -51,6 +51,13 @@ def test_a_reached_target_is_given_up() -> None:
     assert (found[1:] != found[:-1]).any(axis=1).all()
 
 
+@pytest.mark.parametrize("head", [[0.5, 0.0], [0.0, 0.3]])
+def test_a_target_that_one_joint_has_reached_is_held(head: list[float]) -> None:
+    """A posture is reached when every joint is: with one joint still under way it stays for its second."""
+    found = targets(control(), 16, head=np.array(head))
+    assert (found[:15] == found[0]).all() and (found[15] != found[0]).any()
+
+
 def test_learns_nothing() -> None:
     """observe changes no number of what follows; there are no plastic parts and no probes."""
     watched, blind = control(), control()

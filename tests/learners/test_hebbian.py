@@ -197,6 +197,14 @@ def test_start() -> None:
     assert not np.isin(subject.arm_map.codebook_, subject.head_map.codebook_).any()
 
 
+def test_each_part_has_random_numbers_of_its_own() -> None:
+    """Another size of one map shifts neither the other map's start codes nor what gaze draws."""
+    usual, other_arm, other_head = learner(), learner(arm=5), learner(head=5)
+    assert np.array_equal(usual.head_map.codebook_, other_arm.head_map.codebook_)
+    assert np.array_equal(usual.arm_map.codebook_, other_head.arm_map.codebook_)
+    assert usual.state()["rng"] == other_arm.state()["rng"] == other_head.state()["rng"]
+
+
 def test_a_part_that_is_not_there_cannot_be_plastic() -> None:
     """The part and the valid ones are named; what was plastic stays."""
     subject = learner(plastic={"links"})
