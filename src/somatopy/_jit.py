@@ -1,16 +1,31 @@
-"""Compilation with numba, typed, and working where no folder for the compiled code can be written."""
+"""Compilation with numba: typed, kept on disk for the next process, and working where no folder can be written.
+
+A compiled kernel contains the kernels that it calls, from other files too, but numba looks only at the file of the
+kernel itself to tell whether what it kept is still true. Here compiled code is kept under a digest of all sources of
+somatopy that hold kernels, so that an edit in any of them is seen by all. Numba's own cache, and with it that of every
+other package, stays as it is.
+"""
 
 from __future__ import annotations
 
+import hashlib
+import pickle
+import shutil
 from collections.abc import Callable
-from typing import ParamSpec, TypeVar, cast
+from contextlib import suppress
+from functools import cache
+from pathlib import Path
+from typing import Any, ParamSpec, TypeVar, cast
 
 import numba
+from numba.core.caching import FunctionCache, IndexDataCacheFile
 
 __all__ = ["jit"]
 
 P = ParamSpec("P")
 R = TypeVar("R")
+
+PREFIX = "somatopy-"  # leads the names of our folders, so that only ours are ever removed
 
 
 def jit(function: Callable[P, R]) -> Callable[P, R]:
@@ -19,7 +34,88 @@ def jit(function: Callable[P, R]) -> Callable[P, R]:
     The compiled code is kept on disk for the next process if numba finds a folder that it can write to, and is
     compiled anew in each process if it finds none.
     """
-    try:
-        return cast("Callable[P, R]", numba.njit(cache=True, nogil=True, error_model="numpy")(function))
-    except RuntimeError:  # numba: "cannot cache function ...: no locator available for file ..."
-        return cast("Callable[P, R]", numba.njit(cache=False, nogil=True, error_model="numpy")(function))
+    kernel: Any = numba.njit(nogil=True, error_model="numpy")(function)
+    if hasattr(kernel, "enable_caching"):  # NUMBA_DISABLE_JIT gives the function itself back
+        with suppress(RuntimeError):  # numba: "cannot cache function ...: no locator available for file ..."
+            kernel._cache = KernelCache(function)
+    return cast("Callable[P, R]", kernel)
+
+
+class KernelCache(FunctionCache):
+    """Numba's cache of one kernel, in a folder of its own under the digest of all kernels' sources.
+
+    Raises:
+        RuntimeError: if there is no folder that can be written to.
+    """
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        super().__init__(function)  # type: ignore[no-untyped-call]
+        chosen, locator = self._cache_path, self._impl.locator
+        self._cache_path = str(Path(chosen) / f"{PREFIX}{digest_at_start()}")
+        self._cache_file = KernelFiles(self._cache_path, self._impl.filename_base, locator.get_source_stamp())
+        remove_older(chosen)
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Keep compiled code, unless a source was edited since this process started: its kernels may be a mixture."""
+        if source_digest() != digest_at_start():
+            return
+        with suppress(OSError):  # a full disk, or another process that removed the folder just now
+            Path(self._cache_path).mkdir(parents=True, exist_ok=True)
+            super().save_overload(sig, data)  # type: ignore[no-untyped-call]
+
+
+class KernelFiles(IndexDataCacheFile):
+    """One file for each compiled signature, written whole.
+
+    Numba's index gives signatures numbers, and two processes that start at once may give two signatures the same
+    number. Here the name of a file is a digest of what it is for, and the file says so again.
+    """
+
+    def __init__(self, folder: str, kernel: str, stamp: Any) -> None:
+        super().__init__(folder, kernel, stamp)  # type: ignore[no-untyped-call]
+        self._kernel = kernel
+
+    def save(self, key: Any, data: Any) -> None:
+        """Keep what was compiled for a key."""
+        self._save_data(self._file_name(key), (self._source_stamp, key, data))  # type: ignore[no-untyped-call]
+
+    def load(self, key: Any) -> Any:
+        """What was compiled for a key from the same source; None if nothing, or nothing readable, was kept."""
+        try:
+            stamp, kept, data = self._load_data(self._file_name(key))  # type: ignore[no-untyped-call]
+        except (OSError, EOFError, ValueError, pickle.UnpicklingError):
+            return None
+        return data if (stamp, kept) == (self._source_stamp, key) else None
+
+    def flush(self) -> None:
+        """Forget all signatures of this kernel."""
+        for file in Path(self._cache_path).glob(f"{self._kernel}.*.nbc"):
+            file.unlink(missing_ok=True)
+
+    def _file_name(self, key: Any) -> str:
+        what = hashlib.sha256(repr((numba.__version__, key)).encode()).hexdigest()
+        return f"{self._kernel}.{what[:16]}.nbc"
+
+
+def source_digest() -> str:
+    """A digest of all sources of somatopy that hold compiled kernels, as they are now."""
+    package, digest = Path(__file__).parent, hashlib.sha256()
+    for file in sorted(package.rglob("*.py")):
+        text = file.read_bytes()
+        if b"@jit" in text:
+            digest.update(str(file.relative_to(package)).encode() + b"\0" + text + b"\0")
+    return digest.hexdigest()[:16]
+
+
+@cache
+def digest_at_start() -> str:
+    """The same as it was when this process defined its first kernel."""
+    return source_digest()
+
+
+@cache
+def remove_older(folder: str) -> None:
+    """Remove our folders of other digests, once for each folder that holds some."""
+    for other in Path(folder).glob(f"{PREFIX}*"):
+        if other.name != f"{PREFIX}{digest_at_start()}":
+            shutil.rmtree(other, ignore_errors=True)
