@@ -47,6 +47,16 @@ def test_links_start_at_zero() -> None:
     assert not table_of(HebbianLinks(3, 5, PositiveHebb())).any()
 
 
+def test_a_rule_that_does_not_say_whether_it_is_local_is_refused() -> None:
+    """The error names its class and what to set, before there is a table."""
+
+    class Silent(PositiveHebb):
+        local: Any = None
+
+    with pytest.raises(ValueError, match=r"a rule must say whether it is local; Silent does not\. Set local = True in"):
+        HebbianLinks(2, 2, Silent())
+
+
 def test_an_update_changes_one_link() -> None:
     """Only the link between the two winners grows."""
     links = HebbianLinks(3, 5, PositiveHebb(0.5))

@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from somatopy.links import NormalisedHebb, PositiveHebb
-from somatopy.links.table import MOST_DENSE, DenseTable, SparseTable, Table, is_local, new_table
+from somatopy.links.table import MOST_DENSE, DenseTable, SparseTable, Table, new_table
 
 KINDS = pytest.mark.parametrize("kind", [DenseTable, SparseTable])
 SHARES = st.floats(0, 1, exclude_max=True)
@@ -33,6 +33,8 @@ class Adding(PositiveHebb):
 
 class Centring(Adding):
     """Changes each link of the row, those that are 0 not least."""
+
+    local = False
 
     def update(self, row: Any, j: int, activation: float, target: float) -> None:
         row[j] += target
@@ -101,22 +103,16 @@ def test_a_rule_that_refuses_leaves_the_table(kind: Any) -> None:
     np.testing.assert_array_equal(rows_of(table, 2), [[0, 3, 0], [2, 0, 1]])
 
 
-def test_only_the_class_that_has_the_update_can_say_that_it_is_local() -> None:
-    """Who overrides `update` and says nothing has not inherited the promise; who does not override it has."""
-    assert is_local(PositiveHebb()) and is_local(type("Renamed", (PositiveHebb,), {})())
-    assert not is_local(NormalisedHebb()) and not is_local(Centring())
-
-
 @KINDS
 def test_a_rule_may_have_its_update_anywhere(kind: Any) -> None:
-    """On the object itself, where the promise of its class does not hold, or on an object of no class of its own."""
+    """On the object itself, as what it says about it, or on an object of no class of its own."""
 
     def fill(row: Any, j: int, activation: float, target: float) -> None:
         row[:] = activation
 
     changed = PositiveHebb()
-    changed.update = fill  # type: ignore[method-assign]
-    for rule in (changed, SimpleNamespace(update=fill, state=dict, restore=lambda state: None)):
+    changed.update, changed.local = fill, False  # type: ignore[method-assign]
+    for rule in (changed, SimpleNamespace(local=False, update=fill, state=dict, restore=lambda state: None)):
         table = filled(kind, [[0, 3, 0], [2, 0, 0]])
         table.update(rule, 0, 1, 0.5, 1.0)  # type: ignore[arg-type]
         np.testing.assert_array_equal(rows_of(table, 2), [[0.5, 0.5, 0.5], [2, 0, 0]])

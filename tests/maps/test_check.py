@@ -126,6 +126,15 @@ class Numeric(Means):
         return self._winners(x[None])[0]
 
 
+class Belated(Means):
+    def learn_and_find(self, x: ArrayLike) -> tuple[int, float]:
+        if not self.__sklearn_is_fitted__():
+            return super().learn_and_find(x)
+        found = self.winner(x)
+        self.learn_one(x)
+        return found
+
+
 class Scribbling(Means):
     def _step(self, x: Array) -> int:
         unit = super()._step(x)
@@ -149,8 +158,8 @@ class Ordered(Means):
 
 
 class Trusting(Means):
-    def _sample(self, x: ArrayLike) -> Array:
-        return super()._sample(
+    def _usable_input(self, x: ArrayLike) -> Array:
+        return super()._usable_input(
             np.nan_to_num(x, nan=np.nan if self.missing == "ignore" else 0.0, posinf=0.0, neginf=0.0)
         )
 
@@ -402,6 +411,7 @@ def test_a_sound_map_passes() -> None:
         (Confused, "learn_one returns the winner before the update"),
         (Oblivious, r'learn_one returns the winner before the update \(missing="ignore"\)'),
         (Failing, "_start and _step run, and leave what the map needs.*KeyError: 'oops'"),
+        (Belated, "learn_and_find gives what winner gives after learn_one.*where winner said"),
         (Numeric, r"learn_one returns the winner before the update.*np\.int64"),
         (Squared, "transform gives the Euclidean distance"),
         (Partial, "transform_chunks differs"),

@@ -17,6 +17,7 @@ from somatopy.maps.kernels import (
     greatest,
     nearest,
     padded_dims,
+    read_sample,
     squared_distances,
     unit_at,
     winners,
@@ -40,26 +41,24 @@ def test_dims_fill_whole_steps(dims: int, padded: int) -> None:
 @pytest.mark.parametrize("dtype", PRECISIONS)
 @pytest.mark.parametrize("factor", [np.nan, np.inf, -np.inf, 10, -10])
 def test_unusable_values_are_found_anywhere(factor: float, dtype: str) -> None:
-    """One bad value in any place is enough; the dimensions that only fill up do not count."""
+    """One bad value in any place is enough; the largest that is taken is not bad."""
     limit = LIMITS[dtype]
     for place in np.ndindex(3, 3):
-        samples = np.zeros((3, 4), dtype)
+        samples = np.zeros((3, 3), dtype)
         samples[place] = factor * limit
         missing_may_be = bool(np.isnan(factor))
-        assert not all_usable(samples, 3, False)
-        assert all_usable(samples, 3, True) == missing_may_be
-    samples = np.full((3, 4), -limit, dtype)
-    samples[:, 3] = np.nan
-    assert all_usable(samples, 3, False)
+        assert not all_usable(samples, False)
+        assert all_usable(samples, True) == missing_may_be
+    assert all_usable(np.full((3, 3), -limit, dtype), False)
 
 
 @pytest.mark.parametrize("dtype", PRECISIONS)
 def test_a_row_without_any_value_is_not_usable(dtype: str) -> None:
     """Where values may be missing, each row has to have one."""
     samples = np.array([[0.0, np.nan], [np.nan, 0.0]], dtype)
-    assert all_usable(samples, 2, True)
+    assert all_usable(samples, True)
     samples[1, 1] = np.nan
-    assert not all_usable(samples, 2, True)
+    assert not all_usable(samples, True)
 
 
 @settings(max_examples=60, deadline=None)
@@ -73,12 +72,12 @@ def test_winner_is_the_first_of_the_nearest(
     codebook, samples = draw(rows * columns, dims).astype(dtype), draw(3, dims).astype(dtype)
     sheet, found = Sheet.of(codebook, columns), np.empty(3, dtype=np.int64)
     distances = np.sqrt(((samples[:, None].astype(float) - codebook) ** 2).sum(axis=2))
-    winners(sheet.codes, sheet.columns, dims, sheet.padded(samples), found)
+    winners(sheet.codes, sheet.columns, samples, found)
     if coarse:
         np.testing.assert_array_equal(found, distances.argmin(axis=1))
     rounding = 20 * float(np.finfo(dtype).eps)
     np.testing.assert_allclose(distances[range(3), found], distances.min(axis=1), rtol=rounding)
-    unit, distance = nearest(sheet.codes, sheet.columns, dims, False, sheet.padded(samples))
+    unit, distance = nearest(sheet.codes, sheet.columns, False, samples)
     assert unit == found[0]
     assert distance == pytest.approx(distances[0].min(), rel=rounding)
 
@@ -86,7 +85,9 @@ def test_winner_is_the_first_of_the_nearest(
 def sheet_distances(codebook: NDArray[np.float64], columns: int, x: NDArray[np.float64]) -> NDArray[np.float64]:
     """What the kernel says of one input, unit by unit."""
     sheet = Sheet.of(codebook, columns)
-    squared_distances(sheet.codes.reshape(len(sheet.codes), -1), sheet.padded(x[None])[0], len(x), sheet.work)
+    padded = np.zeros(len(sheet.codes), x.dtype)
+    read_sample(x[None], 0, padded)
+    squared_distances(sheet.codes.reshape(len(sheet.codes), -1), padded, len(x), sheet.work)
     lanes: NDArray[np.float64] = sheet.work.reshape(-1, sheet.codes.shape[2])[:, :columns].ravel()
     return np.sqrt(lanes)
 
@@ -119,6 +120,15 @@ def test_least_and_greatest_are_found_by_their_bits(size: int, seed: int, dtype:
     assert greatest(values) == values.max()
 
 
+def test_a_sample_that_is_read_ends_in_zeros() -> None:
+    """It gets the dimensions that the codes have, and the samples stay as they are."""
+    samples, x = np.ones((2, 5)), np.zeros(8)
+    read_sample(samples, 1, x)
+    np.testing.assert_array_equal(x, [1.0] * 5 + [0.0] * 3)
+    x[:] = 9.0
+    assert (samples == 1.0).all()
+
+
 def test_lanes_are_counted_back_to_units() -> None:
     """In rows of 20 units and 32 lanes, the second unit of the third row is number 41."""
     assert unit_at(2 * 32 + 1, 32, 20) == 41
@@ -129,5 +139,4 @@ def test_an_unusable_input_has_no_winner(dtype: str) -> None:
     """The answer is unit -1."""
     sheet = Sheet.of(np.zeros((6, 2), dtype), 3)
     for missing, x in ((False, [0.0, np.nan]), (True, [np.nan, np.nan]), (True, [np.inf, np.nan])):
-        padded = sheet.padded(np.array([x], dtype))
-        assert nearest(sheet.codes, 3, 2, missing, padded) == (-1, 0.0)
+        assert nearest(sheet.codes, 3, missing, np.array([x], dtype)) == (-1, 0.0)

@@ -23,7 +23,6 @@ def test_layout_gives_the_codebook_back(rows: int, columns: int, dims: int, dtyp
     assert sheet.codebook.dtype == sheet.codes.dtype == dtype
     assert sheet.codes.shape[:2] == (padded_dims(dims), rows)
     assert sheet.codes.shape[2] % LANES == 0
-    assert all((sheet.code(unit) == codebook[unit]).all() for unit in range(len(codebook)))
 
 
 @pytest.mark.parametrize("columns", [3, LANES, LANES + 5])
@@ -34,19 +33,11 @@ def test_spare_lanes_are_copies_of_the_last_column_and_spare_dims_are_0(columns:
     assert not sheet.codes[3:].any()
 
 
-def test_what_a_sheet_gives_away_are_copies() -> None:
-    """Neither reading codes nor padding inputs lets a caller reach into the map."""
-    sheet, samples = Sheet.of(np.zeros((6, 2)), 3), np.ones((4, 2))
-    for given in (sheet.codebook, sheet.code(4), sheet.padded(samples)):
-        given[:] = 9.0
+def test_the_codebook_of_a_sheet_is_a_copy() -> None:
+    """Reading codes does not let a caller reach into the map."""
+    sheet = Sheet.of(np.zeros((6, 2)), 3)
+    sheet.codebook[:] = 9.0
     assert not sheet.codebook.any()
-    assert (samples == 1.0).all()
-
-
-def test_padded_samples_end_in_zeros() -> None:
-    """Inputs get the dimensions that the codes have."""
-    padded = Sheet.of(np.zeros((6, 5)), 3).padded(np.ones((2, 5)))
-    np.testing.assert_array_equal(padded, np.repeat([[1.0] * 5 + [0.0] * 3], 2, axis=0))
 
 
 @pytest.mark.parametrize("make", [SOM, DSOM])

@@ -9,7 +9,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from somatopy.maps.start import check_number, check_units, faded, fading, fading_schedule, start_codes
+from somatopy.maps.start import (
+    Fading,
+    check_number,
+    check_units,
+    faded,
+    fading,
+    fading_rule,
+    remembered,
+    start_codes,
+)
 
 
 def drawn(init: Any = "uniform", bounds: Any = (0, 1), units: int = 500, dims: int = 2) -> Any:
@@ -107,10 +116,36 @@ def test_half_way_fading_is_at_the_geometric_mean() -> None:
 
 def test_a_schedule_has_both_pairs_and_the_horizon() -> None:
     """In the order in which the kernels read them."""
-    assert fading_schedule((0.5, 0.1), 3, 100).tolist() == [0.5, 0.1, 3.0, 3.0, 100.0]
+    assert fading_rule((0.5, 0.1), 3, 100) == Fading(0.5, 0.1, 3.0, 3.0, 100.0)
     for arguments, name in (((2.0, 3, 100), "learning_rate"), ((0.5, 0, 100), "width"), ((0.5, 3, 0), "horizon")):
         with pytest.raises(ValueError, match=f"{name} must be a finite number over 0"):
-            fading_schedule(*arguments)
+            fading_rule(*arguments)
+
+
+def test_what_is_remembered_is_told_apart_by_value_and_type() -> None:
+    """Equal values of one type are asked once, 1 and True are two, and what can change in place is asked each time."""
+    asked: list[object] = []
+
+    @remembered
+    def kind(value: object) -> str:
+        asked.append(value)
+        return f"{type(value).__name__} {value}"
+
+    values: list[object] = [1, 1, True, 1.0, (1, 2), (1, 2)]
+    expected = ["int 1", "int 1", "bool True", "float 1.0", *["tuple (1, 2)"] * 2]
+    assert [kind(value) for value in values] == expected
+    assert len(asked) == 4
+    changing = [1, 2]
+    assert kind(changing) == "list [1, 2]"
+    changing[0] = 7
+    assert kind(changing) == "list [7, 2]"
+
+
+def test_a_refusal_is_not_remembered() -> None:
+    """What raised an error raises it again."""
+    for _ in range(2):
+        with pytest.raises(ValueError, match="horizon must be a finite number over 0; got -1"):
+            fading_rule(0.5, 3, -1)
 
 
 @pytest.mark.parametrize("value", [0, -1, np.nan, np.inf, "1", None, [1], np.ones(2), 1j, 2])

@@ -10,20 +10,18 @@ import numpy as np
 
 from somatopy.contract import check_members, check_state, law, refused, same
 from somatopy.links.rules import Rule
-from somatopy.links.table import is_local
 
 __all__ = ["check_rule"]
 
 Make = Callable[[], Rule]
 
 
-def check_rule(make: Make, *, whole_row: bool = False) -> None:
+def check_rule(make: Make) -> None:
     """Check that a rule keeps its contract, on rows of several lengths.
 
     Args:
-        make: a fresh rule. A class that needs no arguments will do.
-        whole_row: whether it may change links of the row beside the one that is named, as normalising rules do. A rule
-            that says `local = True` may not.
+        make: a fresh rule. A class that needs no arguments will do. If it is `local` it may change no link of the row
+            but the one that is named; normalising rules are not.
 
     Raises:
         ContractError: it breaks a law; the message says which, what was seen and how to fix it.
@@ -33,9 +31,11 @@ def check_rule(make: Make, *, whole_row: bool = False) -> None:
         >>> check_rule(PositiveHebb)
     """
     check_members(make(), Rule)
+    with law("it says whether it is local", "set local = True or local = False in its class") as holds:
+        holds(isinstance(make().local, bool), "local is {!r}", make().local)
     for size in (1, 7, 300):
         _stays_finite(make, size)
-        _is_local(make, size, whole_row)
+        _changes_what_it_may(make, size)
         _refuses_what_is_not_finite(make, size)
         _keeps_no_row(make, size)
         check_state(lambda seed: make(), partial(_play, size))
@@ -66,20 +66,17 @@ def _stays_finite(make: Make, size: int) -> None:
             holds(np.isfinite(row).all(), "after 1000 updates with the target {}: {}", target, row)
 
 
-def _is_local(make: Make, size: int, whole_row: bool) -> None:
-    allowed, fix = (
-        "link j of its row",
-        "write row[j] only, or do not say local = True, and say check_rule(..., whole_row=True)",
-    )
-    whole_row = whole_row and not is_local(make())
-    if whole_row:
-        allowed, fix = "its row", "write into the row only, not into what it is a view of"
+def _changes_what_it_may(make: Make, size: int) -> None:
     table, rule = np.full((3, size), 0.5), make()
-    with law(f"an update changes nothing but {allowed}", fix) as holds:
+    what, fix = "an update changes nothing but its row", "write into the row only, not into what it is a view of"
+    if rule.local:
+        what = "an update of a local rule changes nothing but link j of its row"
+        fix = "write row[j] only, or say local = False in the class"
+    with law(what, fix) as holds:
         for call in _calls(size):
             before, elsewhere = table.copy(), np.ones(table.shape, bool)
             rule.update(table[1], **call)
-            elsewhere[1, slice(None) if whole_row else call["j"]] = False
+            elsewhere[1, call["j"] if rule.local else slice(None)] = False
             holds(same(table[elsewhere], before[elsewhere]), "another link changed in update({})", call)
 
 

@@ -31,7 +31,7 @@ class HebbianLinks:
         rule: how a link learns.
 
     Raises:
-        ValueError: if a number of nodes is not a whole number from 1 up.
+        ValueError: if a number of nodes is not a whole number from 1 up, or the rule does not say whether it is local.
 
     Example:
         >>> from somatopy.links import HebbianLinks, PositiveHebb
@@ -47,6 +47,11 @@ class HebbianLinks:
         for name, count in (("n_pre", n_pre), ("n_post", n_post)):
             if not (isinstance(count, (int, np.integer)) and count >= 1):
                 raise ValueError(f"{name} must be a whole number of nodes, at least 1; got {count!r}")
+        if not isinstance(getattr(rule, "local", None), bool):
+            raise ValueError(
+                f"a rule must say whether it is local; {type(rule).__name__} does not. Set local = True in its class "
+                "if an update never changes another link than j, local = False if it may"
+            )
         self.n_pre = int(n_pre)
         self.n_post = int(n_post)
         self.rule = rule

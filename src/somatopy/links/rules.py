@@ -41,9 +41,12 @@ def activation(distance: float, slope: float = 1.0) -> float:
 class Rule(Protocol):
     """A learning rule: it sees one row of links and what happened, nothing else.
 
-    A rule that never changes another link than j may say so by `local = True` in the class that has its `update`: large
-    tables, which keep only the links that are not 0, then need not look through the whole row after each update.
+    Attributes:
+        local: whether an update never changes another link than j. Large tables, which keep only the links that are
+            not 0, then look at this link alone after an update, and lose every other change; `check_rule` verifies it.
     """
+
+    local: bool
 
     def update(self, row: Floats, j: int, activation: float, target: float) -> None:
         """Change a row of links in place, after its node and node j won together.
@@ -150,6 +153,8 @@ class NormalisedHebb(PositiveHebb):
         >>> row
         array([0.8, 0.2, 0. ])
     """
+
+    local = False
 
     def update(self, row: Floats, j: int, activation: float, target: float) -> None:
         """Strengthen link j, then divide the row by its sum; see `PositiveHebb.update`."""

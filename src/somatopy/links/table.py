@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cache
 from typing import Any, Protocol
 
 import numpy as np
@@ -109,17 +108,6 @@ class DenseTable:
         self._links[pre, post] = weight
 
 
-def is_local(rule: Rule) -> bool:
-    """Whether the class that has the rule's `update` says `local = True`: not inherited by another `update`."""
-    return "update" not in getattr(rule, "__dict__", {}) and _says_local(type(rule))
-
-
-@cache
-def _says_local(kind: type) -> bool:
-    owner = next((parent for parent in kind.__mro__ if "update" in vars(parent)), object)
-    return bool(vars(owner).get("local", False))
-
-
 NO_LINKS = np.empty(0, np.int32), np.empty(0)
 
 
@@ -144,7 +132,7 @@ class SparseTable:
 
     def update(self, rule: Rule, i: int, j: int, activation: float, target: float) -> None:
         """Let the rule change row i, unless it refuses."""
-        local, row = is_local(rule), self._whole
+        local, row = rule.local, self._whole
         nodes, links = self._rows.get(i, NO_LINKS)
         row[nodes] = links
         try:

@@ -108,7 +108,7 @@ class Map(ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator, ABC)
             ValueError: if a parameter is not valid, or does not fit `dims`.
         """
         check_units("dims", dims)
-        self._begin(self._template(int(dims), np.random.default_rng(self.random_state)))
+        self._go_on_from(self._fresh_arrays(int(dims), np.random.default_rng(self.random_state)))
         self.__dict__.pop("feature_names_in_", None)
         return self
 
@@ -118,7 +118,7 @@ class Map(ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator, ABC)
         Raises:
             ValueError: if the length is wrong or a value is not finite; then nothing has changed.
         """
-        sample = self._sample(x)
+        sample = self._usable_input(x)
         if not self.__sklearn_is_fitted__():
             self.initialise(sample.size)
         return self._learn(sample[None])
@@ -132,7 +132,7 @@ class Map(ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator, ABC)
         """
         if not self.__sklearn_is_fitted__():
             return self.fit(X)
-        self._learn(self._validated(X, reset=False))
+        self._learn(self._usable_inputs(X, reset=False))
         return self
 
     def fit(self, X: ArrayLike, y: object = None) -> Self:
@@ -144,14 +144,25 @@ class Map(ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator, ABC)
         """
         before = dict(vars(self))
         try:
-            samples = self._validated(X, reset=True)
-            self._begin(self._template(samples.shape[1], np.random.default_rng(self.random_state)))
+            samples = self._usable_inputs(X, reset=True)
+            self._go_on_from(self._fresh_arrays(samples.shape[1], np.random.default_rng(self.random_state)))
             self._learn(samples)
         except BaseException:
             self.__dict__.clear()
             self.__dict__.update(before)
             raise
         return self
+
+    def learn_and_find(self, x: ArrayLike) -> tuple[int, float]:
+        """Learn one input (dims,), then find the unit that is nearest to it after the update, and its distance.
+
+        The same as `learn_one` and then `winner`, to the last bit; compiled maps do both in one call.
+
+        Raises:
+            ValueError: if the length is wrong or a value is not finite; then nothing has changed.
+        """
+        self.learn_one(x)
+        return self.winner(x)
 
     # Looking
 
@@ -165,7 +176,7 @@ class Map(ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator, ABC)
     def samples_seen_(self) -> int:
         """Inputs learned so far."""
         check_is_fitted(self)
-        return int(self._arrays()["samples_seen"])
+        return int(self._state_arrays()["samples_seen"])
 
     def code(self, unit: int) -> Array:
         """The code of one unit, shape (dims,); a copy."""
@@ -191,7 +202,7 @@ class Map(ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator, ABC)
             ValueError: if the length is wrong, a value is not finite, or the map has fewer than k units.
         """
         check_is_fitted(self)
-        squared = self._squared(self._sample(x)[None])[0]
+        squared = self._squared(self._usable_input(x)[None])[0]
         if not (isinstance(k, (int, np.integer)) and 1 <= k <= squared.size):
             raise ValueError(f"k must be a whole number from 1 to {squared.size}, the units of this map; got {k!r}")
         units = np.argsort(squared, kind="stable")[:k]
@@ -200,17 +211,17 @@ class Map(ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator, ABC)
     def predict(self, X: ArrayLike) -> Integers:
         """The winner of each row of X (n, dims), shape (n,). Changes nothing."""
         check_is_fitted(self)
-        return self._winners(self._validated(X, reset=False))
+        return self._winners(self._usable_inputs(X, reset=False))
 
     def transform(self, X: ArrayLike) -> Floats:
         """Euclidean distance of each row of X (n, dims) to each unit, shape (n, units). Changes nothing."""
         check_is_fitted(self)
-        return self._distances(self._validated(X, reset=False))
+        return self._distances(self._usable_inputs(X, reset=False))
 
     def transform_chunks(self, X: ArrayLike) -> Iterator[Floats]:
         """What `transform` gives, some rows at a time, so that memory does not grow with X."""
         check_is_fitted(self)
-        samples = self._validated(X, reset=False)
+        samples = self._usable_inputs(X, reset=False)
         rows = self._chunk()
         for start in range(0, len(samples), rows):
             yield self._distances(samples[start : start + rows])
@@ -220,7 +231,7 @@ class Map(ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator, ABC)
     def state(self) -> dict[str, Array]:
         """All that learning has changed, as arrays (copies)."""
         check_is_fitted(self)
-        return {name: value.copy() for name, value in self._arrays().items()}
+        return {name: value.copy() for name, value in self._state_arrays().items()}
 
     def restore(self, state: Mapping[str, ArrayLike]) -> None:
         """Take over the state of a map of the same parameters; learning then goes on bit for bit.
@@ -231,7 +242,7 @@ class Map(ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator, ABC)
         codebook = np.asarray(state.get("codebook", 0.0))
         if codebook.ndim != 2 or codebook.shape[1] < 1:
             raise ValueError(f"a state needs a codebook of shape (units, dims); this one has {sorted(state)}")
-        expected = self._template(codebook.shape[1], np.random.default_rng(0))
+        expected = self._fresh_arrays(codebook.shape[1], np.random.default_rng(0))
         if wrong := set(expected) ^ set(state):
             raise ValueError(
                 f"the state of a {type(self).__name__} has {sorted(expected)}; {sorted(wrong)} are missing or unknown"
@@ -242,7 +253,7 @@ class Map(ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator, ABC)
             raise ValueError(f"the restored samples_seen must be a number from 0 up; got {arrays['samples_seen']}")
         if self.__dict__.get("n_features_in_") != codebook.shape[1]:
             self.__dict__.pop("feature_names_in_", None)
-        self._begin(arrays)
+        self._go_on_from(arrays)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the map to one .npz file: parameters as JSON, all that was learned as arrays, nothing pickled.
@@ -257,12 +268,12 @@ class Map(ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator, ABC)
 
         save_map(self, path)
 
-    # What the maps share. A map with a layout of its own overrides `_adopt`, `_arrays` and `_codes`, and what it can
-    # do faster
+    # What the maps share. A map with a layout of its own overrides `_take_over`, `_state_arrays` and `_codes`, and
+    # what it can do faster
 
-    def _template(self, dims: int, rng: np.random.Generator) -> dict[str, Array]:
+    def _fresh_arrays(self, dims: int, rng: np.random.Generator) -> dict[str, Array]:
         """What `_start` gives, in the map's precision, with the number of inputs."""
-        precision = self._checked()
+        precision = self._checked_precision()
         arrays = self._start(dims, rng)
         codebook = np.array(arrays["codebook"], dtype=np.float64)
         if not (np.abs(codebook) <= LIMITS[precision]).all():
@@ -270,7 +281,7 @@ class Map(ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator, ABC)
         codebook = codebook.astype(precision)
         return {**arrays, "codebook": codebook, "samples_seen": np.array(0)}
 
-    def _checked(self) -> str:
+    def _checked_precision(self) -> str:
         """The precision that is asked for, if there is such a one."""
         try:
             precision = np.dtype(self.dtype).name
@@ -278,38 +289,20 @@ class Map(ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator, ABC)
             precision = ""
         if precision not in LIMITS:
             raise ValueError(f"unknown dtype {self.dtype!r}; valid: {list(LIMITS)}")
-        self._may_miss()
+        self._allows_missing()
         return precision
 
-    def _may_miss(self) -> bool:
+    def _allows_missing(self) -> bool:
         """Whether values may be missing."""
         if self.missing not in MISSING:
             raise ValueError(f"unknown missing {self.missing!r}; valid: {list(MISSING)}")
         return self.missing == "ignore"
 
-    def _ruled(self) -> tuple[bool, Any]:
-        """Whether values may be missing, and `_rule`; both are made anew once an attribute has been set.
-
-        Raises:
-            ValueError: if a parameter is not valid.
-        """
-        known: tuple[bool, Any] | None = self.__dict__.get("_known_rule")
-        if known is None:
-            known = self.__dict__["_known_rule"] = self._may_miss(), self._rule()
-        return known
-
-    def _rule(self) -> Any:
-        """The parameters as compiled kernels take them, once they are known to be valid."""
-
-    def __setattr__(self, name: str, value: Any) -> None:
-        super().__setattr__(name, value)
-        self.__dict__.pop("_known_rule", None)
-
-    def _begin(self, arrays: dict[str, Array]) -> None:
+    def _go_on_from(self, arrays: dict[str, Array]) -> None:
         """Start, or go on, from a whole state."""
         fixed = {name: deepcopy(getattr(self, name)) for name in self.FIXED}
         self._fixed, self.n_features_in_ = fixed, arrays["codebook"].shape[1]
-        self._adopt(arrays)
+        self._take_over(arrays)
 
     def _check_state(self, arrays: dict[str, Array], expected: dict[str, Array]) -> None:
         """Refuse arrays that do not fit; `expected` is the state of a map that has learned nothing."""
@@ -319,11 +312,11 @@ class Map(ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator, ABC)
                     f"the restored {name} must have shape {expected[name].shape} for this map; got {values.shape}"
                 )
 
-    def _adopt(self, arrays: dict[str, Array]) -> None:
+    def _take_over(self, arrays: dict[str, Array]) -> None:
         """Make these arrays what the map has learned."""
         self._learned = arrays
 
-    def _arrays(self) -> dict[str, Array]:
+    def _state_arrays(self) -> dict[str, Array]:
         """All that learning has changed, perhaps not copies."""
         return self._learned
 
@@ -360,38 +353,38 @@ class Map(ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator, ABC)
 
     def _squared(self, samples: Array) -> Floats:
         """Their squares, by which winners are found."""
-        self._check_units()
+        if not self._units():
+            raise self._without_units()
         return squared_distances(samples, self._codes())
 
-    def _check_units(self) -> None:
-        if not self._units():
-            raise NotFittedError(f"this {type(self).__name__} has no units yet; let it learn an input first")
+    def _without_units(self) -> NotFittedError:
+        return NotFittedError(f"this {type(self).__name__} has no units yet; let it learn an input first")
 
-    def _sample(self, x: ArrayLike) -> Array:
+    def _usable_input(self, x: ArrayLike) -> Array:
         """One usable input (dims,), a copy in the map's precision."""
         sample = real(x).astype(self._precision())
         if self.__sklearn_is_fitted__() and sample.shape != (self.n_features_in_,):
             raise self._wrong_length(sample)
         if sample.ndim != 1 or sample.size == 0:
             raise ValueError(f"an input must be one vector, shape (dims,); got shape {sample.shape}")
-        if unusable(sample[None], self._may_miss()).any():
+        if unusable(sample[None], self._allows_missing()).any():
             raise self._refusal(sample)
         return sample
 
-    def _validated(self, X: ArrayLike, *, reset: bool) -> Array:
+    def _usable_inputs(self, X: ArrayLike, *, reset: bool) -> Array:
         """Usable inputs (n, dims) in the map's precision."""
-        dtype = self._checked() if reset else self._precision()
+        dtype = self._checked_precision() if reset else self._precision()
         samples: Array = validate_data(self, X, reset=reset, dtype=dtype, ensure_all_finite=False)
-        if unusable(samples, self._may_miss()).any():
+        if unusable(samples, self._allows_missing()).any():
             raise self._refusal(samples)
         return samples
 
     def _precision(self) -> str:
         """The precision of the codes; before there are any, the one that they will have."""
-        return np.dtype(self._fixed["dtype"]).name if self.__sklearn_is_fitted__() else self._checked()
+        return np.dtype(self._fixed["dtype"]).name if self.__sklearn_is_fitted__() else self._checked_precision()
 
     def _refusal(self, samples: Array) -> ValueError:
-        return refusal(samples, self._may_miss())
+        return refusal(samples, self._allows_missing())
 
     def _wrong_length(self, sample: Array) -> ValueError:
         return ValueError(
@@ -406,7 +399,7 @@ class Map(ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator, ABC)
     def __setstate__(self, state: dict[str, Any]) -> None:
         super().__setstate__(state)
         if self.__sklearn_is_fitted__():
-            self._adopt(self.state())  # in arrays of its own: a worker process is given some that cannot be written
+            self._take_over(self.state())  # in arrays of its own: a worker process is given some that cannot be written
 
     def __sklearn_is_fitted__(self) -> bool:
         return hasattr(self, "_learned")

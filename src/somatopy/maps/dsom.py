@@ -3,19 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from math import exp, sqrt
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from somatopy._jit import jit
+from somatopy.maps.kernels import all_usable, greatest, nearest_lane, nearest_now, read_sample, unit_at
 from somatopy.maps.lattice import Lattice
-from somatopy.maps.lattice_kernels import DSOM_PRESETS, learn_dsom
+from somatopy.maps.lattice_kernels import LEAST, columns_in_reach, pull_by_gaussian, pull_row, rows_in_reach
 from somatopy.maps.sheet import LatticeMap
-from somatopy.maps.start import check_number, start_codes
+from somatopy.maps.start import NEGLIGIBLE, check_number, remembered, start_codes
 
 __all__ = ["DSOM"]
 
-DEFAULTS = {"rougier": (0.1, 0.1), "schillaci2016": (0.2, 1.5), "printed": (0.1, 0.1)}
+Array = NDArray[Any]
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+DEFAULTS = {"rougier": (0.1, 0.1), "schillaci2016": (0.2, 1.5), "printed": (0.1, 0.1)}  # learning rate, elasticity
+ROUGIER, SCHILLACI, PRINTED = range(3)  # their places
 
 
 class DSOM(LatticeMap):
@@ -105,35 +113,134 @@ class DSOM(LatticeMap):
         self.missing = missing
         self.random_state = random_state
 
-    def _start(self, dims: int, rng: np.random.Generator) -> dict[str, NDArray[Any]]:
-        if self.preset not in DSOM_PRESETS:
-            raise ValueError(f"unknown preset {self.preset!r}; valid presets: {list(DSOM_PRESETS)}")
-        self._rule()
-        codes = start_codes(self.init, self.bounds, self._asked_lattice().units, dims, rng)
+    def _start(self, dims: int, rng: np.random.Generator) -> dict[str, Array]:
+        dsom_rule(self.preset, self.learning_rate, self.elasticity)
+        codes = start_codes(self.init, self.bounds, self._lattice_of_parameters().units, dims, rng)
         return {"codebook": codes, "running_max_squared": np.array(0.0)}
 
-    def _measured(self, lattice: Lattice) -> NDArray[np.float64]:
+    def _kernel_geometry(self, lattice: Lattice) -> Floats:
         return lattice.geometry(normalised=self._fixed["preset"] != "schillaci2016")
 
-    def _run(self, samples: NDArray[Any]) -> int:
-        sheet, (missing, rule) = self._sheet, self._ruled()
+    def _run(self, samples: Array, find: bool) -> tuple[int, int, float]:
+        sheet = self._sheet
         return learn_dsom(
             sheet.codes,
             self._geometry,
-            sheet.dims,
-            missing,
+            self._allows_missing(),
             self._memory,
             sheet.work,
             samples,
-            *rule,
+            dsom_rule(self._fixed["preset"], self.learning_rate, self.elasticity),
+            find,
         )
 
-    def _rule(self) -> tuple[float, float, int]:
-        """Learning rate and elasticity, the preset's own where they are not given, and the preset's place."""
-        preset = self._fixed["preset"] if self.__sklearn_is_fitted__() else self.preset
-        own = DEFAULTS[preset]
-        rate = own[0] if self.learning_rate is None else self.learning_rate
-        elasticity = own[1] if self.elasticity is None else self.elasticity
-        check_number("learning_rate", rate, most=1)
-        check_number("elasticity", elasticity)
-        return float(rate), float(elasticity), DSOM_PRESETS.index(preset)
+
+class DSOMRule(NamedTuple):
+    """Parameters of `DSOM` as its kernel knows them; the preset is its place in `DEFAULTS`."""
+
+    learning_rate: float
+    elasticity: float
+    preset: int
+
+
+@remembered
+def dsom_rule(preset: Any, learning_rate: Any, elasticity: Any) -> tuple[Any, ...]:
+    """The values of a `DSOMRule`, the preset's own where they are not given.
+
+    Raises:
+        ValueError: if one is not valid.
+    """
+    if preset not in list(DEFAULTS):
+        raise ValueError(f"unknown preset {preset!r}; valid presets: {list(DEFAULTS)}")
+    rate = DEFAULTS[preset][0] if learning_rate is None else learning_rate
+    eta = DEFAULTS[preset][1] if elasticity is None else elasticity
+    check_number("learning_rate", rate, most=1)
+    check_number("elasticity", eta)
+    return float(rate), float(eta), list(DEFAULTS).index(preset)
+
+
+@jit
+def _pull_each(
+    codes: Array,
+    geometry: Floats,
+    x: Array,
+    squared: Array,
+    at: int,
+    rows: Integers,
+    apart: Floats,
+    tables: Array,
+    rate: float,
+    scale: float,
+    own: bool,
+) -> None:
+    """Pull the codes around lane `at` by rate * their distance * exp(-lattice distance / scale).
+
+    By their `own` distance the exponential is exp(-lattice distance^2 / (scale * their distance^2)), of all codes.
+    """
+    lanes = codes.shape[2]
+    row, column, limit = at // lanes, at % lanes, np.inf if own else (NEGLIGIBLE * scale) ** 2
+    found, shift = rows_in_reach(geometry, row, limit, rows, apart), geometry[-1, 3]
+    for i in range(found):
+        other = rows[i]
+        centre = column + (shift * ((row % 2) - (other % 2)) if shift > 0.0 else 0.0)
+        start, stop = columns_in_reach(geometry, centre, limit, tables[0])
+        for lane in range(start, stop):
+            away, distance = apart[i] + tables[0, lane], squared[other * lanes + lane]
+            decay = away / max(scale * distance, LEAST) if own else sqrt(away) / scale
+            tables[2, lane] = min(sqrt(distance) * rate * exp(-decay), 1.0)
+        pull_row(codes, x, other, start, stop, tables[2])
+
+
+@jit
+def learn_dsom(
+    codes: Array,
+    geometry: Floats,
+    missing: bool,
+    memory: Floats,
+    work: Array,
+    samples: Array,
+    parameters: tuple[Any, ...],
+    find: bool,
+) -> tuple[int, int, float]:
+    """Learn the samples in their order (equations 1 and 2, as `DSOM` states them).
+
+    Args:
+        codes: the codebook, (padded dims, rows, lanes); changed.
+        geometry: of the lattice; normalised unless the preset counts in cells.
+        missing: whether values of the samples may be missing.
+        memory: greatest squared distance between any unit and any input so far, and number of inputs; changed.
+        work: scratch.
+        samples: shape (n, dims), n at least 1.
+        parameters: the values of a `DSOMRule`.
+        find: whether to find the winner after the last update too.
+
+    Returns:
+        The winner of the last sample before its update; -1, and nothing has changed, if a value is not usable. Then
+        the winner of the last sample after its update, and its distance, if that was asked for.
+    """
+    if not all_usable(samples, missing):
+        return -1, -1, 0.0
+    rule, columns = DSOMRule(*parameters), int(geometry[-1, 0])
+    padded, rows, lanes = codes.shape
+    flat, x, at = codes.reshape(padded, rows * lanes), np.zeros(padded, codes.dtype), 0
+    found, apart, tables = np.empty(rows, np.int64), np.empty(rows), np.empty((3, lanes), codes.dtype)
+    for t in range(samples.shape[0]):
+        read_sample(samples, t, x)
+        at = nearest_lane(flat, x, samples.shape[1], work)
+        memory[0] = max(memory[0], greatest(work))
+        memory[1] += 1.0
+        closest = float(work[at])
+        if closest == 0.0:
+            continue
+        pace, squared_elasticity = rule.learning_rate / sqrt(memory[0]), rule.elasticity * rule.elasticity
+        if rule.preset == ROUGIER:
+            scale = max(squared_elasticity * (closest / memory[0]), LEAST)
+            pull_by_gaussian(codes, geometry, x, work, at, found, apart, tables, pace, scale, True)
+        elif rule.preset == SCHILLACI:
+            scale = max(squared_elasticity * sqrt(closest), LEAST)
+            _pull_each(codes, geometry, x, work, at, found, apart, tables, rule.learning_rate, scale, False)
+        else:
+            scale = squared_elasticity / memory[0]
+            _pull_each(codes, geometry, x, work, at, found, apart, tables, pace, scale, True)
+    unit, distance = nearest_now(codes, columns, x, samples.shape[1], work) if find else (-1, 0.0)
+    return unit_at(at, lanes, columns), unit, distance

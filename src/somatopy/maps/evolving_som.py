@@ -2,16 +2,34 @@
 
 from __future__ import annotations
 
-from typing import Any
+from math import exp, sqrt
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from somatopy.maps.graph_learning import EvolvingRule, learn_evolving_som
+from somatopy._jit import jit
+from somatopy.maps.graph_kernels import (
+    NEW,
+    SEEN,
+    UNITS,
+    Net,
+    add_unit,
+    join,
+    move,
+    nearest_of,
+    nearest_two,
+    neighbour,
+    part,
+    room,
+)
 from somatopy.maps.graph_map import GraphMap
-from somatopy.maps.start import check_number, check_units
+from somatopy.maps.kernels import all_usable, read_sample
+from somatopy.maps.start import check_number, check_units, remembered
 
 __all__ = ["EvolvingSOM"]
+
+Array = NDArray[Any]
 
 
 class EvolvingSOM(GraphMap):
@@ -81,19 +99,118 @@ class EvolvingSOM(GraphMap):
         self.missing = missing
         self.random_state = random_state
 
-    def _start(self, dims: int, rng: np.random.Generator) -> dict[str, NDArray[Any]]:
-        self._rule()
+    def _start(self, dims: int, rng: np.random.Generator) -> dict[str, Array]:
+        self._parameters()
         return self._edgeless(np.empty((0, dims)))
 
-    def _taught(self, samples: NDArray[Any], start: int) -> tuple[int, int]:
-        missing, rule = self._ruled()
-        return learn_evolving_som(self._net, self.n_features_in_, missing, samples, start, rule)
+    def _learn_from(self, samples: Array, start: int) -> tuple[int, int]:
+        return learn_evolving_som(self._net, self._allows_missing(), samples, start, self._parameters())
 
-    def _rule(self) -> EvolvingRule:
-        check_number("threshold", self.threshold)
-        check_number("learning_rate", self.learning_rate, most=1)
-        for name in ("prune_every", "max_units"):
-            check_units(name, getattr(self, name))
-        return EvolvingRule(
-            int(self.max_units), float(self.threshold), float(self.learning_rate), int(self.prune_every)
+    def _parameters(self) -> tuple[Any, ...]:
+        return evolving_rule(
+            self.max_units,
+            self.threshold,
+            self.learning_rate,
+            self.prune_every,
         )
+
+
+class EvolvingRule(NamedTuple):
+    """Parameters of `EvolvingSOM`."""
+
+    max_units: int
+    threshold: float
+    learning_rate: float
+    prune_every: int
+
+
+@remembered
+def evolving_rule(max_units: Any, threshold: Any, learning_rate: Any, prune_every: Any) -> tuple[Any, ...]:
+    """The values of an `EvolvingRule`.
+
+    Raises:
+        ValueError: if one is not valid.
+    """
+    check_number("threshold", threshold)
+    check_number("learning_rate", learning_rate, most=1)
+    for name, count in (("prune_every", prune_every), ("max_units", max_units)):
+        check_units(name, count)
+    return int(max_units), float(threshold), float(learning_rate), int(prune_every)
+
+
+@jit
+def _move_by_activation(net: Net, winner: int, x: Array, rate: float, threshold: float) -> None:
+    """Move the winner and its neighbours by `rate` times their share in the activation.
+
+    Activations are taken relative to the winner's, which is then 1, however far x is.
+    """
+    nearest, total = net.work[winner], 1.0
+    for i in range(net.degrees[winner]):
+        total += exp(-2.0 * (net.work[neighbour(net, winner, i)] - nearest) / threshold / threshold)
+    for i in range(net.degrees[winner]):
+        other = neighbour(net, winner, i)
+        activation = exp(-2.0 * (net.work[other] - nearest) / threshold / threshold)
+        move(net, other, x, rate * activation / total)
+    move(net, winner, x, rate / total)
+
+
+@jit
+def _length(net: Net, a: int, b: int) -> float:
+    """Squared distance between two units."""
+    length = 0.0
+    for k in range(net.codes.shape[0]):
+        length += float(net.codes[k, a] - net.codes[k, b]) ** 2
+    return length
+
+
+@jit
+def _prune(net: Net) -> None:
+    """Remove the longest edge, the first of equals."""
+    a, b, longest = -1, -1, -1.0
+    for unit in range(net.counts[UNITS]):
+        for i in range(net.degrees[unit]):
+            other = neighbour(net, unit, i)
+            if other > unit and _length(net, unit, other) > longest:
+                a, b, longest = unit, other, _length(net, unit, other)
+    if a >= 0:
+        part(net, a, b)
+
+
+@jit
+def _evolve(net: Net, x: Array, dims: int, rule: EvolvingRule) -> int:
+    """Learn one input; the winner before."""
+    units = net.counts[UNITS]
+    if units == 0:
+        return add_unit(net, -1, x, 1.0)
+    winner = second = nearest_of(net, x, dims)
+    if units > 1:
+        winner, second = nearest_two(net, x, dims)
+    if sqrt(net.work[winner]) >= rule.threshold and units < rule.max_units:
+        unit = add_unit(net, winner, x, 1.0)
+        join(net, unit, winner, NEW)
+        join(net, unit, second, NEW)
+        return winner
+    _move_by_activation(net, winner, x, rule.learning_rate, rule.threshold)
+    if second != winner:
+        join(net, winner, second, NEW)
+    return winner
+
+
+@jit
+def learn_evolving_som(
+    net: Net, missing: bool, samples: Array, start: int, parameters: tuple[Any, ...]
+) -> tuple[int, int]:
+    """Learn the samples (n, dims) as `EvolvingSOM` states it; see `GraphMap._learn_from`."""
+    if start == 0 and not all_usable(samples, missing):
+        return -1, -1
+    rule, dims, x = EvolvingRule(*parameters), samples.shape[1], np.zeros(net.codes.shape[0], net.codes.dtype)
+    winner = -1
+    for t in range(start, samples.shape[0]):
+        if not room(net, rule.max_units):
+            return t, winner
+        read_sample(samples, t, x)
+        winner = _evolve(net, x, dims, rule)
+        net.counts[SEEN] += 1
+        if net.counts[SEEN] % rule.prune_every == 0:
+            _prune(net)
+    return samples.shape[0], winner

@@ -1,4 +1,4 @@
-"""Compiled kernels of the maps that grow: nearest units, edges, and units that come and go.
+"""Compiled kernels that the maps that grow share: nearest units, edges, and units that come and go.
 
 A `Net` has room for more than it holds: `counts[UNITS]` units of `codes.shape[1]`, and up to `links.shape[1]` edges a
 unit. Kernels that learn stop where the next input might need more room, and go on once `graph_map.GraphMap` has made
@@ -18,6 +18,7 @@ from somatopy.maps.kernels import first_least, squared_distances
 
 __all__ = [
     "LEAST_FADE",
+    "NEW",
     "SEEN",
     "UNITS",
     "WIDEST",
@@ -43,6 +44,7 @@ Integers = NDArray[np.int64]
 Short = NDArray[np.int32]
 
 LEAST_FADE = 1e-3  # values to be multiplied by less are multiplied, so that sums of the largest inputs stay finite
+NEW: Any = np.int64(0)  # the age of a new edge; it has a type because kernels are compiled anew for each literal number
 UNITS, SEEN, WIDEST = range(3)  # places in the counts: units, inputs learned, most neighbours that a unit ever had
 
 
@@ -115,7 +117,7 @@ def move(net: Net, unit: int, x: Array, gain: float) -> None:
 
 
 @jit
-def _place(net: Net, unit: int, other: int) -> int:
+def _place_of(net: Net, unit: int, other: int) -> int:
     """Where `other` stands, or would stand, among the neighbours of a unit."""
     place = 0
     while place < net.degrees[unit] and net.links[unit, place] < other:
@@ -124,8 +126,9 @@ def _place(net: Net, unit: int, other: int) -> int:
 
 
 @jit
-def _enter(net: Net, unit: int, other: int, age: int) -> None:
-    place, degree = _place(net, unit, other), np.int64(net.degrees[unit])
+def _list_neighbour(net: Net, unit: int, other: int, age: int) -> None:
+    """Put `other` among the neighbours of a unit, or only give the edge its new age."""
+    place, degree = _place_of(net, unit, other), np.int64(net.degrees[unit])
     if place == degree or net.links[unit, place] != other:
         for i in range(degree, place, -1):
             net.links[unit, i] = net.links[unit, i - 1]
@@ -137,8 +140,9 @@ def _enter(net: Net, unit: int, other: int, age: int) -> None:
 
 
 @jit
-def _strike(net: Net, unit: int, other: int) -> None:
-    place, degree = _place(net, unit, other), np.int64(net.degrees[unit])
+def _unlist_neighbour(net: Net, unit: int, other: int) -> None:
+    """Take `other` from the neighbours of a unit, if it is one."""
+    place, degree = _place_of(net, unit, other), np.int64(net.degrees[unit])
     if place == degree or net.links[unit, place] != other:
         return
     for i in range(place, degree - 1):
@@ -150,15 +154,15 @@ def _strike(net: Net, unit: int, other: int) -> None:
 @jit
 def join(net: Net, a: int, b: int, age: int) -> None:
     """Join two units by an edge of this age; if they are joined, the edge takes this age."""
-    _enter(net, a, b, age)
-    _enter(net, b, a, age)
+    _list_neighbour(net, a, b, age)
+    _list_neighbour(net, b, a, age)
 
 
 @jit
 def part(net: Net, a: int, b: int) -> None:
     """Remove the edge between two units, if there is one."""
-    _strike(net, a, b)
-    _strike(net, b, a)
+    _unlist_neighbour(net, a, b)
+    _unlist_neighbour(net, b, a)
 
 
 @jit
@@ -213,7 +217,7 @@ def grow_older(net: Net, unit: int) -> None:
     for i in range(net.degrees[unit]):
         other = neighbour(net, unit, i)
         net.ages[unit, i] += 1
-        net.ages[other, _place(net, other, unit)] += 1
+        net.ages[other, _place_of(net, other, unit)] += 1
 
 
 @jit

@@ -6,14 +6,13 @@ from abc import abstractmethod
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from sklearn.utils.validation import check_is_fitted
 
-from somatopy.maps.base import Map
+from somatopy.maps.compiled import CompiledMap
 from somatopy.maps.graph import Graph
 from somatopy.maps.graph_kernels import LEAST_FADE, SEEN, UNITS, WIDEST, Net
-from somatopy.maps.inputs import real
-from somatopy.maps.kernels import LANES, nearest, padded_dims, squared_from_units, winners
+from somatopy.maps.kernels import LANES, nearest, padded_dims
 
 __all__ = ["GraphMap"]
 
@@ -25,11 +24,11 @@ STEP = 4  # and how many more there is room for where one unit has more: few uni
 RANGES = {"ages": (0, 2**30), "fade": (LEAST_FADE, 1.0)}  # what is restored beside codes; ages are counted in 32 bits
 
 
-class GraphMap(Map):
-    """A map of units that come and go, joined by edges; its compiled kernels work on a `Net`.
+class GraphMap(CompiledMap):
+    """A compiled map of units that come and go, joined by edges, in a `Net`.
 
-    A concrete map gives `_start` and `_taught`, and names in `VALUES` what a unit remembers beside its code. Where a
-    unit is removed, the last one takes its number.
+    A concrete map gives `_start` and `_learn_from`, and names in `VALUES` what a unit remembers beside its code. Where
+    a unit is removed, the last one takes its number.
     """
 
     VALUES: ClassVar[tuple[str, ...]] = ()
@@ -38,98 +37,40 @@ class GraphMap(Map):
     LEAST: ClassVar[int] = 0  # units
     max_units: int
     _net: Net
-    _blank: Array  # one input of zeros, to be copied
 
     @abstractmethod
-    def _taught(self, samples: Array, start: int) -> tuple[int, int]:
-        """Let the kernel learn samples (n, padded dims) from `start` on: where it stopped, and the last winner."""
+    def _learn_from(self, samples: Array, start: int) -> tuple[int, int]:
+        """Let the kernel learn samples (n, dims) in their order, from the place `start` on, as far as there is room.
+
+        Returns:
+            The place of the first sample that it has not learned, and the winner of the last one that it has, before
+            its update; -1 and -1, and nothing has changed, if any sample is not usable.
+        """
 
     @property
     def topology_(self) -> Graph:
         """The edges."""
         check_is_fitted(self)
-        return Graph(self._units(), _listed(self._net)[0])
+        return Graph(self._units(), _edges_and_ages(self._net)[0])
 
-    def learn_one(self, x: ArrayLike) -> int:
-        """Learn one input (dims,) and return its winner; see `Map.learn_one`."""
-        if "_net" not in self.__dict__:
-            return super().learn_one(x)
-        samples = self._one(x)
-        unit = self._run(samples)
-        if unit < 0:
-            raise self._refusal(samples[0, : self.n_features_in_])
-        return unit
+    def _run(self, samples: Array, find: bool) -> tuple[int, int, float]:
+        stopped, winner = self._learn_from(samples, 0)
+        while 0 <= stopped < len(samples):
+            self._net = _with_more_room(self._net)
+            stopped, winner = self._learn_from(samples, stopped)
+        if winner < 0 or not find:
+            return winner, -1, 0.0
+        return winner, *nearest(*self._laid_out(), self._allows_missing(), samples[-1:])
 
-    def winner(self, x: ArrayLike) -> tuple[int, float]:
-        """The unit nearest to `x` and its Euclidean distance; see `Map.winner`."""
-        if "_net" not in self.__dict__:
-            check_is_fitted(self)  # takes longer than all the rest
-        samples = self._one(x)
-        self._check_units()
-        unit, distance = nearest(self._sheet(), self._units(), self.n_features_in_, self._ruled()[0], samples)
-        if unit < 0:
-            raise self._refusal(samples[0, : self.n_features_in_])
-        return unit, distance
+    def _laid_out(self) -> tuple[Array, int]:
+        return self._net.codes[:, None], int(self._net.counts[UNITS])  # one row, with more lanes than units
 
-    def code(self, unit: int) -> Array:
-        """The code of one unit, shape (dims,), without copying all others; see `Map.code`."""
-        check_is_fitted(self)
-        code: Array = self._lanes()[:, unit].copy()
-        return code
+    def _take_over(self, arrays: dict[str, Array]) -> None:
+        self._net = _net_of(arrays, [arrays[name] for name in self.VALUES])
+        super()._take_over(arrays)
 
-    def _units(self) -> int:
-        return int(self._net.counts[UNITS])
-
-    def _one(self, x: ArrayLike) -> Array:
-        """One input as the kernels take it, not checked yet."""
-        sample = real(x)
-        if sample.shape != (self.n_features_in_,):
-            raise self._wrong_length(sample)
-        samples = self._blank.copy()
-        samples[0, : sample.size] = sample
-        return samples
-
-    def _padded(self, samples: Array) -> Array:
-        out = np.zeros((len(samples), len(self._net.codes)), self._net.codes.dtype)
-        out[:, : samples.shape[1]] = samples
-        return out
-
-    def _run(self, samples: Array) -> int:
-        """Learn samples (n, padded dims): the last winner, or -1 and nothing, if any is not usable."""
-        start, unit = self._taught(samples, 0)
-        while 0 <= start < len(samples):
-            self._net = _roomier(self._net)
-            start, unit = self._taught(samples, start)
-        return unit
-
-    def _step(self, x: Array) -> int:
-        return self._learn(x[None])
-
-    def _learn(self, samples: Array) -> int:
-        return self._run(self._padded(samples))
-
-    def _winners(self, samples: Array) -> Integers:
-        self._check_units()
-        out = np.empty(len(samples), dtype=np.int64)
-        winners(self._sheet(), self._units(), self.n_features_in_, self._padded(samples), out)
-        return out
-
-    def _squared(self, samples: Array) -> NDArray[np.float64]:
-        self._check_units()
-        out = np.empty((len(samples), self._units()))
-        squared_from_units(self._sheet(), self._units(), self.n_features_in_, self._padded(samples), out)
-        return out
-
-    def _sheet(self) -> Array:
-        """The codes as a single row, in which there may be more lanes than units."""
-        return self._net.codes[:, None]
-
-    def _adopt(self, arrays: dict[str, Array]) -> None:
-        self._net = _net(arrays, [arrays[name] for name in self.VALUES])
-        self._blank = np.zeros((1, len(self._net.codes)), self._net.codes.dtype)
-
-    def _arrays(self) -> dict[str, Array]:
-        net, (edges, ages) = self._net, _listed(self._net)
+    def _state_arrays(self) -> dict[str, Array]:
+        net, (edges, ages) = self._net, _edges_and_ages(self._net)
         values = {name: net.values[i, : self._units()] for i, name in enumerate(self.VALUES)}
         aged = {"ages": ages} if self.AGED else {}
         faded = {"fade": net.fade.reshape(())} if self.FADES else {}
@@ -161,17 +102,11 @@ class GraphMap(Map):
             if ((arrays[name] < least) | (arrays[name] > most)).any():
                 raise ValueError(f"the restored {name} must be from {least} to {most}; got {arrays[name].tolist()}")
 
-    def _lanes(self) -> Array:
-        return self._net.codes[: self.n_features_in_, : self._units()]
-
     def _codes(self) -> Array:
-        return np.ascontiguousarray(self._lanes().T)
-
-    def __sklearn_is_fitted__(self) -> bool:
-        return hasattr(self, "_net")
+        return np.ascontiguousarray(self._net.codes[: self.n_features_in_, : self._units()].T)
 
 
-def _net(arrays: dict[str, Array], values: list[Array]) -> Net:
+def _net_of(arrays: dict[str, Array], values: list[Array]) -> Net:
     """Lay out a state in tables."""
     codebook, edges = arrays["codebook"], arrays["edges"].reshape(-1, 2)
     (units, dims), ages = codebook.shape, arrays.get("ages", np.zeros(len(edges), dtype=np.int64))
@@ -181,7 +116,7 @@ def _net(arrays: dict[str, Array], values: list[Array]) -> Net:
     degrees = np.bincount(ends[:, 0], minlength=units)
     widest = int(degrees.max(initial=0))
     capacity, width = -(-max(units + 1, 4 * LANES) // LANES) * LANES, max(widest + 2, WIDTH)
-    net = _empty(padded_dims(dims), len(values), capacity, width, codebook.dtype)
+    net = _empty_net(padded_dims(dims), len(values), capacity, width, codebook.dtype)
     places = np.arange(len(ends)) - np.repeat(np.cumsum(degrees) - degrees, degrees)
     net.links[ends[:, 0], places], net.ages[ends[:, 0], places] = ends[:, 1], both_ages
     net.codes[:dims, :units], net.degrees[:units] = codebook.T, degrees
@@ -191,7 +126,7 @@ def _net(arrays: dict[str, Array], values: list[Array]) -> Net:
     return net
 
 
-def _empty(padded: int, kinds: int, capacity: int, width: int, precision: np.dtype[Any]) -> Net:
+def _empty_net(padded: int, kinds: int, capacity: int, width: int, precision: np.dtype[Any]) -> Net:
     return Net(
         codes=np.zeros((padded, capacity), precision),
         values=np.zeros((kinds, capacity)),
@@ -204,19 +139,19 @@ def _empty(padded: int, kinds: int, capacity: int, width: int, precision: np.dty
     )
 
 
-def _roomier(net: Net) -> Net:
+def _with_more_room(net: Net) -> Net:
     """The same net with room for twice as many units, or a few more edges, whichever has run out."""
     (padded, capacity), width = net.codes.shape, net.links.shape[1]
     more = capacity * 2 if net.counts[UNITS] >= capacity else capacity
     wider = width + STEP if net.counts[WIDEST] + 2 > width else width
-    roomy = _empty(padded, len(net.values), more, wider, net.codes.dtype)
+    roomy = _empty_net(padded, len(net.values), more, wider, net.codes.dtype)
     roomy.codes[:, :capacity], roomy.values[:, :capacity] = net.codes, net.values
     roomy.links[:capacity, :width], roomy.ages[:capacity, :width] = net.links, net.ages
     roomy.degrees[:capacity], roomy.counts[:], roomy.fade[:] = net.degrees, net.counts, net.fade
     return roomy
 
 
-def _listed(net: Net) -> tuple[Integers, Integers]:
+def _edges_and_ages(net: Net) -> tuple[Integers, Integers]:
     """The edges (edges, 2) of a net in rising order, and their ages."""
     units, places = np.nonzero(np.arange(net.links.shape[1]) < net.degrees[: net.counts[UNITS], None])
     others = net.links[units, places].astype(np.int64)

@@ -2,17 +2,37 @@
 
 from __future__ import annotations
 
-from math import exp
-from typing import Any
+from math import exp, sqrt
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from somatopy.maps.graph_learning import RequiredRule, learn_grow_when_required
+from somatopy._jit import jit
+from somatopy.maps.graph_kernels import (
+    NEW,
+    SEEN,
+    UNITS,
+    Net,
+    add_unit,
+    drop_older,
+    grow_older,
+    join,
+    move,
+    nearest_two,
+    neighbour,
+    part,
+    room,
+)
 from somatopy.maps.graph_map import GraphMap
-from somatopy.maps.start import check_number, check_units
+from somatopy.maps.kernels import all_usable, read_sample
+from somatopy.maps.start import check_number, check_units, remembered
 
 __all__ = ["GrowWhenRequired"]
+
+Array = NDArray[Any]
+
+HABITUATION = 0  # its place in the values
 
 
 class GrowWhenRequired(GraphMap):
@@ -105,30 +125,127 @@ class GrowWhenRequired(GraphMap):
         self.missing = missing
         self.random_state = random_state
 
-    def _start(self, dims: int, rng: np.random.Generator) -> dict[str, NDArray[Any]]:
-        self._rule()
+    def _start(self, dims: int, rng: np.random.Generator) -> dict[str, Array]:
+        self._parameters()
         return self._edgeless(np.empty((0, dims)))
 
-    def _taught(self, samples: NDArray[Any], start: int) -> tuple[int, int]:
-        missing, rule = self._ruled()
-        return learn_grow_when_required(self._net, self.n_features_in_, missing, samples, start, rule)
+    def _learn_from(self, samples: Array, start: int) -> tuple[int, int]:
+        return learn_grow_when_required(self._net, self._allows_missing(), samples, start, self._parameters())
 
-    def _rule(self) -> RequiredRule:
-        for name in ("activity_threshold", "firing_threshold", "learning_rate", "neighbour_rate"):
-            check_number(name, getattr(self, name), most=1)
-        for name in ("tau", "neighbour_tau", "alpha"):
-            check_number(name, getattr(self, name))
-        check_number("stimulus", self.stimulus, most=self.alpha)
-        check_units("max_age", self.max_age)
-        check_units("max_units", self.max_units, least=2)
-        return RequiredRule(
-            int(self.max_units),
-            float(self.activity_threshold),
-            float(self.firing_threshold),
-            float(self.learning_rate),
-            float(self.neighbour_rate),
-            int(self.max_age),
-            float(1 - self.stimulus / self.alpha),
-            exp(-self.alpha / self.tau),
-            exp(-self.alpha / self.neighbour_tau),
+    def _parameters(self) -> tuple[Any, ...]:
+        return required_rule(
+            self.max_units,
+            self.activity_threshold,
+            self.firing_threshold,
+            self.learning_rate,
+            self.neighbour_rate,
+            self.max_age,
+            self.tau,
+            self.neighbour_tau,
+            self.alpha,
+            self.stimulus,
         )
+
+
+class RequiredRule(NamedTuple):
+    """Parameters of `GrowWhenRequired`."""
+
+    max_units: int
+    activity_threshold: float
+    firing_threshold: float
+    learning_rate: float
+    neighbour_rate: float
+    max_age: int
+    rest: float
+    kept: float
+    neighbour_kept: float
+
+
+@remembered
+def required_rule(
+    max_units: Any,
+    activity_threshold: Any,
+    firing_threshold: Any,
+    learning_rate: Any,
+    neighbour_rate: Any,
+    max_age: Any,
+    tau: Any,
+    neighbour_tau: Any,
+    alpha: Any,
+    stimulus: Any,
+) -> tuple[Any, ...]:
+    """The values of a `RequiredRule`.
+
+    Raises:
+        ValueError: if one is not valid.
+    """
+    shares = {
+        "activity_threshold": activity_threshold,
+        "firing_threshold": firing_threshold,
+        "learning_rate": learning_rate,
+        "neighbour_rate": neighbour_rate,
+    }
+    for name, share in shares.items():
+        check_number(name, share, most=1)
+    for name, number in (("tau", tau), ("neighbour_tau", neighbour_tau), ("alpha", alpha)):
+        check_number(name, number)
+    check_number("stimulus", stimulus, most=alpha)
+    check_units("max_age", max_age)
+    check_units("max_units", max_units, least=2)
+    habituation = float(1 - stimulus / alpha), exp(-alpha / tau), exp(-alpha / neighbour_tau)
+    return int(max_units), *map(float, shares.values()), int(max_age), *habituation
+
+
+@jit
+def _habituate(net: Net, winner: int, rule: RequiredRule) -> None:
+    """Bring the winner and its neighbours one firing nearer to rest."""
+    habituation = net.values[HABITUATION]
+    habituation[winner] = rule.rest + rule.kept * (habituation[winner] - rule.rest)
+    for i in range(net.degrees[winner]):
+        other = neighbour(net, winner, i)
+        habituation[other] = rule.rest + rule.neighbour_kept * (habituation[other] - rule.rest)
+
+
+@jit
+def _grow_or_move(net: Net, x: Array, dims: int, rule: RequiredRule) -> int:
+    """Learn one input; the winner before."""
+    units, habituation = net.counts[UNITS], net.values[HABITUATION]
+    if units < 2:
+        habituation[add_unit(net, units - 1, x, 1.0)] = 1.0
+        return 0
+    winner, second = nearest_two(net, x, dims)
+    join(net, winner, second, NEW)
+    new = exp(-sqrt(net.work[winner])) < rule.activity_threshold
+    if new and habituation[winner] < rule.firing_threshold and units < rule.max_units:
+        unit = add_unit(net, winner, x, 0.5)
+        habituation[unit] = 1.0
+        part(net, winner, second)
+        join(net, unit, winner, NEW)
+        join(net, unit, second, NEW)
+    else:
+        move(net, winner, x, rule.learning_rate * habituation[winner])
+        for i in range(net.degrees[winner]):
+            other = neighbour(net, winner, i)
+            move(net, other, x, rule.neighbour_rate * habituation[other])
+    grow_older(net, winner)
+    _habituate(net, winner, rule)
+    drop_older(net, winner, rule.max_age)
+    return winner
+
+
+@jit
+def learn_grow_when_required(
+    net: Net, missing: bool, samples: Array, start: int, parameters: tuple[Any, ...]
+) -> tuple[int, int]:
+    """Learn the samples (n, dims) as `GrowWhenRequired` states it; see `GraphMap._learn_from`."""
+    if start == 0 and not all_usable(samples, missing):
+        return -1, -1
+    rule, dims, x = RequiredRule(*parameters), samples.shape[1], np.zeros(net.codes.shape[0], net.codes.dtype)
+    winner = -1
+    for t in range(start, samples.shape[0]):
+        if not room(net, rule.max_units):
+            return t, winner
+        read_sample(samples, t, x)
+        winner = _grow_or_move(net, x, dims, rule)
+        net.counts[SEEN] += 1
+    return samples.shape[0], winner

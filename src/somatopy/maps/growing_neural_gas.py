@@ -2,16 +2,41 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from somatopy.maps.graph_learning import GasRule, learn_growing_neural_gas
+from somatopy._jit import jit
+from somatopy.maps.graph_kernels import (
+    NEW,
+    SEEN,
+    UNITS,
+    Net,
+    add_unit,
+    drop_older,
+    fade,
+    grow_older,
+    join,
+    move,
+    nearest_two,
+    neighbour,
+    part,
+    remove_lonely,
+    remove_unit,
+    room,
+)
 from somatopy.maps.graph_map import GraphMap
-from somatopy.maps.start import check_number, check_units, start_codes
+from somatopy.maps.kernels import all_usable, read_sample
+from somatopy.maps.start import check_number, check_units, remembered, start_codes
 
 __all__ = ["GrowingNeuralGas"]
+
+Array = NDArray[Any]
+Floats = NDArray[np.float64]
+
+ERROR, UTILITY = range(2)  # places in the values
+FIRST: Any = np.int64(0)  # a unit or a place; it has a type because kernels are compiled anew for each literal number
 
 
 class GrowingNeuralGas(GraphMap):
@@ -107,29 +132,144 @@ class GrowingNeuralGas(GraphMap):
         self.missing = missing
         self.random_state = random_state
 
-    def _start(self, dims: int, rng: np.random.Generator) -> dict[str, NDArray[Any]]:
-        self._rule()
+    def _start(self, dims: int, rng: np.random.Generator) -> dict[str, Array]:
+        self._parameters()
         return self._edgeless(start_codes(self.init, self.bounds, 2, dims, rng))
 
-    def _taught(self, samples: NDArray[Any], start: int) -> tuple[int, int]:
-        missing, rule = self._ruled()
-        return learn_growing_neural_gas(self._net, self.n_features_in_, missing, samples, start, rule)
+    def _learn_from(self, samples: Array, start: int) -> tuple[int, int]:
+        return learn_growing_neural_gas(self._net, self._allows_missing(), samples, start, self._parameters())
 
-    def _rule(self) -> GasRule:
-        check_units("max_units", self.max_units, least=2)
-        for name in ("insert_every", "max_age"):
-            check_units(name, getattr(self, name))
-        for name in ("learning_rate", "neighbour_rate", "error_share", "decay"):
-            check_number(name, getattr(self, name), most=1)
-        if self.utility is not None:
-            check_number("utility", self.utility)
-        return GasRule(
-            int(self.max_units),
-            float(self.learning_rate),
-            float(self.neighbour_rate),
-            int(self.insert_every),
-            int(self.max_age),
-            float(self.error_share),
-            float(self.decay),
-            float(self.utility or 0),
+    def _parameters(self) -> tuple[Any, ...]:
+        return gas_rule(
+            self.max_units,
+            self.learning_rate,
+            self.neighbour_rate,
+            self.insert_every,
+            self.max_age,
+            self.error_share,
+            self.decay,
+            self.utility,
         )
+
+
+class GasRule(NamedTuple):
+    """Parameters of `GrowingNeuralGas`; no utility is 0."""
+
+    max_units: int
+    learning_rate: float
+    neighbour_rate: float
+    insert_every: int
+    max_age: int
+    error_share: float
+    decay: float
+    utility: float
+
+
+@remembered
+def gas_rule(
+    max_units: Any,
+    learning_rate: Any,
+    neighbour_rate: Any,
+    insert_every: Any,
+    max_age: Any,
+    error_share: Any,
+    decay: Any,
+    utility: Any,
+) -> tuple[Any, ...]:
+    """The values of a `GasRule`.
+
+    Raises:
+        ValueError: if one is not valid.
+    """
+    check_units("max_units", max_units, least=2)
+    for name, count in (("insert_every", insert_every), ("max_age", max_age)):
+        check_units(name, count)
+    rates = {
+        "learning_rate": learning_rate,
+        "neighbour_rate": neighbour_rate,
+        "error_share": error_share,
+        "decay": decay,
+    }
+    for name, rate in rates.items():
+        check_number(name, rate, most=1)
+    if utility is not None:
+        check_number("utility", utility)
+    counts, numbers = (int(insert_every), int(max_age)), (float(error_share), float(decay), float(utility or 0))
+    return int(max_units), float(learning_rate), float(neighbour_rate), *counts, *numbers
+
+
+@jit
+def _greatest(values: Floats, units: int) -> int:
+    """The unit of the greatest value, the first of equals."""
+    most = FIRST
+    for unit in range(units):
+        if values[unit] > values[most]:
+            most = unit
+    return int(most)
+
+
+@jit
+def _insert_by_error(net: Net, share: float) -> None:
+    """Put a unit half-way between that of greatest error and its neighbour of greatest error."""
+    errors, utilities = net.values[ERROR], net.values[UTILITY]
+    worst = _greatest(errors, net.counts[UNITS])
+    if net.degrees[worst] == 0:
+        return
+    beside = neighbour(net, worst, FIRST)
+    for i in range(net.degrees[worst]):
+        if errors[neighbour(net, worst, i)] > errors[beside]:
+            beside = neighbour(net, worst, i)
+    unit = add_unit(net, worst, net.codes[:, beside], 0.5)
+    part(net, worst, beside)
+    join(net, unit, worst, NEW)
+    join(net, unit, beside, NEW)
+    errors[worst] *= share
+    errors[beside] *= share
+    errors[unit] = 0.5 * (errors[worst] + errors[beside])
+    utilities[unit] = 0.5 * (utilities[worst] + utilities[beside])
+
+
+@jit
+def _remove_useless(net: Net, limit: float) -> None:
+    """Remove the unit of least utility if the greatest error is over `limit` times that."""
+    errors, utilities, units = net.values[ERROR], net.values[UTILITY], net.counts[UNITS]
+    least = FIRST
+    for unit in range(units):
+        if utilities[unit] < utilities[least]:
+            least = unit
+    if units > 2 and errors[_greatest(errors, units)] > limit * utilities[least]:
+        remove_unit(net, least)
+        remove_lonely(net)
+
+
+@jit
+def learn_growing_neural_gas(
+    net: Net, missing: bool, samples: Array, start: int, parameters: tuple[Any, ...]
+) -> tuple[int, int]:
+    """Learn the samples (n, dims) as `GrowingNeuralGas` states it; see `GraphMap._learn_from`."""
+    if start == 0 and not all_usable(samples, missing):
+        return -1, -1
+    rule, dims, x = GasRule(*parameters), samples.shape[1], np.zeros(net.codes.shape[0], net.codes.dtype)
+    winner = -1
+    for t in range(start, samples.shape[0]):
+        if not room(net, rule.max_units):
+            return t, winner
+        read_sample(samples, t, x)
+        winner, second = nearest_two(net, x, dims)
+        grow_older(net, winner)
+        net.values[ERROR, winner] += net.work[winner] / net.fade[0]
+        move(net, winner, x, rule.learning_rate)
+        for i in range(net.degrees[winner]):
+            move(net, neighbour(net, winner, i), x, rule.neighbour_rate)
+        join(net, winner, second, NEW)
+        if rule.utility > 0:
+            net.values[UTILITY, winner] += (net.work[second] - net.work[winner]) / net.fade[0]
+        drop_older(net, winner, rule.max_age)
+        net.counts[SEEN] += 1
+        if net.counts[SEEN] % rule.insert_every == 0:
+            if rule.utility > 0:
+                _remove_useless(net, rule.utility)
+            if net.counts[UNITS] < rule.max_units:
+                _insert_by_error(net, rule.error_share)
+        fade(net, rule.decay)
+    return samples.shape[0], winner

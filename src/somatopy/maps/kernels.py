@@ -2,9 +2,9 @@
 
 A codebook lies here as one array a dimension, (dims, rows, lanes). Lanes behind the last column are copies of it: they
 tie with it and come later, so they never win, and whole vectors of lanes can be worked through without a remainder.
-Dimensions are filled up with zeros, in the codes and in the samples alike, which leaves every distance as it is.
-`sheet.Sheet` makes and reads this layout. A value that is missing (NaN) is left out of the distance, and the rest is
-scaled up to the full number of dimensions.
+Dimensions of the codes are filled up with zeros, and each sample is copied to an array that is filled up likewise,
+which leaves every distance as it is. `sheet.Sheet` makes and reads this layout. A value that is missing (NaN) is left
+out of the distance, and the rest is scaled up to the full number of dimensions.
 
 None of these functions draws random numbers.
 """
@@ -28,7 +28,9 @@ __all__ = [
     "greatest",
     "nearest",
     "nearest_lane",
+    "nearest_now",
     "padded_dims",
+    "read_sample",
     "squared_distances",
     "squared_from_units",
     "unit_at",
@@ -51,16 +53,23 @@ def padded_dims(dims: int) -> int:
 
 
 @jit
-def all_usable(samples: Array, dims: int, missing: bool) -> bool:
+def read_sample(samples: Array, t: int, x: Array) -> None:
+    """Copy sample t to the start of x, whose other values are 0 and stay so."""
+    for k in range(samples.shape[1]):
+        x[k] = samples[t, k]
+
+
+@jit
+def all_usable(samples: Array, missing: bool) -> bool:
     """Whether all values are finite and not too large; where values may be missing, each row must have one."""
     limit, refused = LARGEST_SINGLE if samples.itemsize == 4 else LARGEST, 0
     for t in range(samples.shape[0]):
         absent = 0
-        for k in range(dims):
+        for k in range(samples.shape[1]):
             value = samples[t, k]
             absent += int(value != value)
             refused += int(abs(value) > limit)
-        refused += int(absent == dims if missing else absent > 0)
+        refused += int(absent == samples.shape[1] if missing else absent > 0)
     return refused == 0
 
 
@@ -194,32 +203,43 @@ def _scratch(codes: Array, columns: int) -> Array:
 
 
 @jit
-def nearest(codes: Array, columns: int, dims: int, missing: bool, samples: Array) -> tuple[int, float]:
-    """Unit nearest to the first sample, and its Euclidean distance; unit -1 if the sample is not usable."""
-    if not all_usable(samples, dims, missing):
+def nearest(codes: Array, columns: int, missing: bool, samples: Array) -> tuple[int, float]:
+    """Unit nearest to the first sample (1, dims), and its Euclidean distance; unit -1 if the sample is not usable."""
+    if not all_usable(samples, missing):
         return -1, 0.0
     padded, rows, lanes = codes.shape
-    work = _scratch(codes, columns)
-    at = nearest_lane(codes.reshape(padded, rows * lanes), samples[0], dims, work)
-    return unit_at(at, lanes, columns), sqrt(work[at])
+    work, x = _scratch(codes, columns), np.zeros(padded, codes.dtype)
+    read_sample(samples, 0, x)
+    at = nearest_lane(codes.reshape(padded, rows * lanes), x, samples.shape[1], work)
+    return unit_at(at, lanes, columns), float(sqrt(work[at]))
 
 
 @jit
-def winners(codes: Array, columns: int, dims: int, samples: Array, out: Integers) -> None:
-    """Write the unit nearest to each sample to `out`."""
+def nearest_now(codes: Array, columns: int, x: Array, dims: int, work: Array) -> tuple[int, float]:
+    """What `nearest` gives for a padded sample that is known to be usable; `work` is scratch for all lanes."""
     padded, rows, lanes = codes.shape
-    flat, work = codes.reshape(padded, rows * lanes), _scratch(codes, columns)
-    for t in range(samples.shape[0]):
-        out[t] = unit_at(nearest_lane(flat, samples[t], dims, work), lanes, columns)
+    at = nearest_lane(codes.reshape(padded, rows * lanes), x, dims, work)
+    return unit_at(at, lanes, columns), float(sqrt(work[at]))
 
 
 @jit
-def squared_from_units(codes: Array, columns: int, dims: int, samples: Array, out: Floats) -> None:
-    """Write the squared distance of each sample from each unit to `out`, (samples, units)."""
+def winners(codes: Array, columns: int, samples: Array, out: Integers) -> None:
+    """Write the unit nearest to each sample (n, dims) to `out`."""
     padded, rows, lanes = codes.shape
-    flat, work = codes.reshape(padded, rows * lanes), _scratch(codes, columns)
+    flat, work, x = codes.reshape(padded, rows * lanes), _scratch(codes, columns), np.zeros(padded, codes.dtype)
     for t in range(samples.shape[0]):
-        squared_distances(flat, samples[t], dims, work)
+        read_sample(samples, t, x)
+        out[t] = unit_at(nearest_lane(flat, x, samples.shape[1], work), lanes, columns)
+
+
+@jit
+def squared_from_units(codes: Array, columns: int, samples: Array, out: Floats) -> None:
+    """Write the squared distance of each sample (n, dims) from each unit to `out`, (n, units)."""
+    padded, rows, lanes = codes.shape
+    flat, work, x = codes.reshape(padded, rows * lanes), _scratch(codes, columns), np.zeros(padded, codes.dtype)
+    for t in range(samples.shape[0]):
+        read_sample(samples, t, x)
+        squared_distances(flat, x, samples.shape[1], work)
         for row in range(rows):
             for column in range(columns):
                 out[t, row * columns + column] = work[row * lanes + column]

@@ -2,16 +2,25 @@
 
 from __future__ import annotations
 
+from math import ceil, exp
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from somatopy.maps.neural_gas_kernels import learn_neural_gas
+from somatopy._jit import jit
+from somatopy.maps.kernels import all_usable, nearest_now, read_sample, squared_distances
 from somatopy.maps.sheet import SheetMap
-from somatopy.maps.start import check_units, fading_schedule, start_codes
+from somatopy.maps.start import NEGLIGIBLE, Fading, check_units, faded, fading_rule, start_codes
 
 __all__ = ["NeuralGas"]
+
+Array = NDArray[Any]
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+U = np.uint64  # unsigned indices spare the compiler Python's meaning of negative ones
+BLOCK = U(96)
 
 
 class NeuralGas(SheetMap):
@@ -71,26 +80,130 @@ class NeuralGas(SheetMap):
         self.missing = missing
         self.random_state = random_state
 
-    def _start(self, dims: int, rng: np.random.Generator) -> dict[str, NDArray[Any]]:
+    def _start(self, dims: int, rng: np.random.Generator) -> dict[str, Array]:
         check_units("units", self.units)
-        self._rule()
+        fading_rule(self.learning_rate, self.width, self.horizon)
         return {"codebook": start_codes(self.init, self.bounds, self.units, dims, rng)}
 
-    def _columns(self, units: int) -> int:
+    def _units_in_a_row(self, units: int) -> int:
         return units
 
-    def _run(self, samples: NDArray[Any]) -> int:
-        sheet, (missing, schedule) = self._sheet, self._ruled()
+    def _run(self, samples: Array, find: bool) -> tuple[int, int, float]:
+        sheet = self._sheet
         return learn_neural_gas(
             sheet.codes,
             sheet.columns,
-            sheet.dims,
-            missing,
+            self._allows_missing(),
             self._memory,
             sheet.work,
             samples,
-            schedule,
+            fading_rule(self.learning_rate, self.width, self.horizon),
+            find,
         )
 
-    def _rule(self) -> NDArray[np.float64]:
-        return fading_schedule(self.learning_rate, self.width, self.horizon)
+
+@jit
+def _farther(squared: Array, a: int, b: int) -> bool:
+    """Whether unit a ranks behind unit b: by distance, equal ones by number."""
+    return bool(squared[a] > squared[b] or (squared[a] == squared[b] and a > b))
+
+
+@jit
+def _move_down(heap: Integers, size: int, squared: Array) -> None:
+    """Put the first of a heap, of which the farthest unit comes first, into its place."""
+    place = 0
+    while 2 * place + 1 < size:
+        child = 2 * place + 1
+        if child + 1 < size and _farther(squared, heap[child + 1], heap[child]):
+            child += 1
+        if not _farther(squared, heap[child], heap[place]):
+            return
+        heap[place], heap[child] = heap[child], heap[place]
+        place = child
+
+
+@jit
+def _move_up(heap: Integers, place: int, squared: Array) -> None:
+    """Put the last of a heap, which stands at `place`, into its place."""
+    while place > 0 and _farther(squared, heap[place], heap[(place - 1) // 2]):
+        heap[place], heap[(place - 1) // 2] = heap[(place - 1) // 2], heap[place]
+        place = (place - 1) // 2
+
+
+@jit
+def _collect_nearest(squared: Array, units: int, count: int, heap: Integers) -> None:
+    """Fill the heap with the `count` nearest of the units.
+
+    Once it is full, most blocks of units hold none that is nearer than its farthest, which vectors tell at once.
+    """
+    for unit in range(count):
+        heap[unit] = unit
+        _move_up(heap, unit, squared)
+    start, end = U(count), U(units)
+    while start < end:
+        stop, nearer, limit = min(start + BLOCK, end), np.int64(0), squared[heap[0]]
+        for unit in range(start, stop):
+            nearer |= np.int64(squared[unit] < limit)
+        if nearer:
+            for unit in range(np.int64(start), np.int64(stop)):
+                if squared[unit] < squared[heap[0]]:
+                    heap[0] = unit
+                    _move_down(heap, count, squared)
+        start = stop
+
+
+@jit
+def _pull(codes: Array, x: Array, unit: int, gain: float) -> None:
+    """Move a unit towards x, in the coordinates of x that are known."""
+    for k in range(codes.shape[0]):
+        if x[k] == x[k]:
+            codes[k, unit] += gain * (x[k] - codes[k, unit])
+
+
+@jit
+def learn_neural_gas(
+    codes: Array,
+    units: int,
+    missing: bool,
+    memory: Floats,
+    work: Array,
+    samples: Array,
+    parameters: tuple[Any, ...],
+    find: bool,
+) -> tuple[int, int, float]:
+    """Learn the samples in their order (the equation of `NeuralGas`).
+
+    Args:
+        codes: the codebook, (padded dims, 1, lanes); changed.
+        units: how many; lanes behind them are copies of the last.
+        missing: whether values of the samples may be missing.
+        memory: number of inputs so far; changed.
+        work: scratch.
+        samples: shape (n, dims), n at least 1.
+        parameters: the values of a `Fading`.
+        find: whether to find the winner after the last update too.
+
+    Returns:
+        The winner of the last sample before its update; -1, and nothing has changed, if a value is not usable. Then
+        the winner of the last sample after its update, and its distance, if that was asked for.
+    """
+    if not all_usable(samples, missing):
+        return -1, -1, 0.0
+    fade, flat, x = Fading(*parameters), codes[:, 0], np.zeros(codes.shape[0], codes.dtype)
+    heap, winner = np.empty(units, np.int64), 0
+    for t in range(samples.shape[0]):
+        read_sample(samples, t, x)
+        rate = faded(fade.first_rate, fade.last_rate, memory[0], fade.horizon)
+        width = faded(fade.first_width, fade.last_width, memory[0], fade.horizon)
+        memory[0] += 1.0
+        squared_distances(flat, x, samples.shape[1], work)
+        count = int(min(ceil(NEGLIGIBLE * width), units))
+        _collect_nearest(work, units, count, heap)
+        for rank in range(count - 1, -1, -1):  # the farthest leaves the heap first
+            winner = heap[0]
+            _pull(flat, x, winner, rate * exp(-rank / width))
+            heap[0] = heap[rank]
+            _move_down(heap, rank, work)
+        flat[:, units:] = flat[:, units - 1 : units]
+    unit, distance = nearest_now(codes, units, x, samples.shape[1], work) if find else (-1, 0.0)
+    return winner, unit, distance

@@ -8,11 +8,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from somatopy.maps.lattice_kernels import learn_som
+from somatopy._jit import jit
+from somatopy.maps.kernels import all_usable, nearest_lane, nearest_now, read_sample, unit_at
+from somatopy.maps.lattice_kernels import LEAST, pull_by_gaussian
 from somatopy.maps.sheet import LatticeMap
-from somatopy.maps.start import fading_schedule, start_codes
+from somatopy.maps.start import Fading, faded, fading_rule, remembered, start_codes
 
 __all__ = ["SOM"]
+
+Array = NDArray[Any]
+Floats = NDArray[np.float64]
 
 
 class SOM(LatticeMap):
@@ -80,23 +85,76 @@ class SOM(LatticeMap):
         self.missing = missing
         self.random_state = random_state
 
-    def _start(self, dims: int, rng: np.random.Generator) -> dict[str, NDArray[Any]]:
-        self._rule()
-        return {"codebook": start_codes(self.init, self.bounds, self._asked_lattice().units, dims, rng)}
+    def _start(self, dims: int, rng: np.random.Generator) -> dict[str, Array]:
+        lattice = self._lattice_of_parameters()
+        som_rule(lattice.shape, self.learning_rate, self.width, self.horizon)
+        return {"codebook": start_codes(self.init, self.bounds, lattice.units, dims, rng)}
 
-    def _rule(self) -> NDArray[np.float64]:
-        width = (max(max(self.topology_.shape) / 2, 0.5), 0.5) if self.width is None else self.width
-        return fading_schedule(self.learning_rate, width, self.horizon)
-
-    def _run(self, samples: NDArray[Any]) -> int:
-        sheet, (missing, schedule) = self._sheet, self._ruled()
+    def _run(self, samples: Array, find: bool) -> tuple[int, int, float]:
+        sheet = self._sheet
         return learn_som(
             sheet.codes,
             self._geometry,
-            sheet.dims,
-            missing,
+            self._allows_missing(),
             self._memory,
             sheet.work,
             samples,
-            schedule,
+            som_rule(self._lattice.shape, self.learning_rate, self.width, self.horizon),
+            find,
         )
+
+
+@remembered
+def som_rule(shape: tuple[int, ...], learning_rate: Any, width: Any, horizon: Any) -> tuple[Any, ...]:
+    """The values of a `Fading`; where no width is given, it goes from half the longest axis to half a cell.
+
+    Raises:
+        ValueError: if one is not valid.
+    """
+    width = (max(max(shape) / 2, 0.5), 0.5) if width is None else width
+    return fading_rule(learning_rate, width, horizon)
+
+
+@jit
+def learn_som(
+    codes: Array,
+    geometry: Floats,
+    missing: bool,
+    memory: Floats,
+    work: Array,
+    samples: Array,
+    parameters: tuple[Any, ...],
+    find: bool,
+) -> tuple[int, int, float]:
+    """Learn the samples in their order (the equation of `SOM`).
+
+    Args:
+        codes: the codebook, (padded dims, rows, lanes); changed.
+        geometry: of the lattice, in cells.
+        missing: whether values of the samples may be missing.
+        memory: number of inputs so far; changed.
+        work: scratch.
+        samples: shape (n, dims), n at least 1.
+        parameters: the values of a `Fading`.
+        find: whether to find the winner after the last update too.
+
+    Returns:
+        The winner of the last sample before its update; -1, and nothing has changed, if a value is not usable. Then
+        the winner of the last sample after its update, and its distance, if that was asked for.
+    """
+    if not all_usable(samples, missing):
+        return -1, -1, 0.0
+    fade, columns = Fading(*parameters), int(geometry[-1, 0])
+    padded, rows, lanes = codes.shape
+    flat, x, at = codes.reshape(padded, rows * lanes), np.zeros(padded, codes.dtype), 0
+    found, apart, tables = np.empty(rows, np.int64), np.empty(rows), np.empty((3, lanes), codes.dtype)
+    for t in range(samples.shape[0]):
+        read_sample(samples, t, x)
+        at = nearest_lane(flat, x, samples.shape[1], work)
+        rate = faded(fade.first_rate, fade.last_rate, memory[0], fade.horizon)
+        width = faded(fade.first_width, fade.last_width, memory[0], fade.horizon)
+        memory[0] += 1.0
+        scale = max(2.0 * width * width, LEAST)
+        pull_by_gaussian(codes, geometry, x, work, at, found, apart, tables, rate, scale, False)
+    unit, distance = nearest_now(codes, columns, x, samples.shape[1], work) if find else (-1, 0.0)
+    return unit_at(at, lanes, columns), unit, distance

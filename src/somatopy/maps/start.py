@@ -1,9 +1,11 @@
-"""Parameters that several maps have: start codes, and what fades while a map learns."""
+"""Parameters that several maps have: how they are checked, start codes, and what fades while a map learns."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import lru_cache, wraps
 from math import isfinite
-from typing import Any
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,15 +14,18 @@ from somatopy._jit import jit
 
 __all__ = [
     "NEGLIGIBLE",
+    "Fading",
     "check_number",
     "check_units",
     "faded",
     "fading",
-    "fading_schedule",
+    "fading_rule",
+    "remembered",
     "start_codes",
 ]
 
 Floats = NDArray[np.float64]
+R = TypeVar("R")
 
 MOST = 2**31 - 1  # units and ages are numbers of 32 bits
 NEGLIGIBLE = 37.0  # exp(-37) is under 1e-16: what moves less than that does not move
@@ -117,14 +122,45 @@ def check_units(name: str, value: Any, *, least: int = 1) -> None:
         raise ValueError(f"{name} must be at most {MOST}; got {value!r}")
 
 
-def fading_schedule(learning_rate: Any, width: Any, horizon: Any) -> Floats:
-    """First and last learning rate, first and last width, horizon, as the kernels take them.
+def remembered(rule: Callable[..., R]) -> Callable[..., R]:
+    """Remember what a function makes of its arguments, told apart by their values and types.
+
+    It is for functions that check parameters and bring them into the form that kernels take, a plain tuple (one with
+    names takes three times as long on its way to a kernel): a map asks for each input, and its parameters seldom
+    change. Where an argument can change in place, such as a list or an array, nothing
+    is remembered, and the function is called each time.
+    """
+    known = lru_cache(maxsize=256, typed=True)(rule)
+
+    @wraps(rule)
+    def asked(*parameters: Any) -> R:
+        try:
+            return known(*parameters)
+        except TypeError:  # a parameter that cannot be hashed
+            return rule(*parameters)
+
+    return asked
+
+
+class Fading(NamedTuple):
+    """What fades over the horizon, which is a number of inputs: the first values and the last ones."""
+
+    first_rate: float
+    last_rate: float
+    first_width: float
+    last_width: float
+    horizon: float
+
+
+@remembered
+def fading_rule(learning_rate: Any, width: Any, horizon: Any) -> tuple[Any, ...]:
+    """The values of a `Fading`; learning rate and width are each one number or a pair.
 
     Raises:
         ValueError: if one is not valid.
     """
     check_number("horizon", horizon)
-    return np.array([*fading("learning_rate", learning_rate, most=1), *fading("width", width), horizon])
+    return *fading("learning_rate", learning_rate, most=1), *fading("width", width), float(horizon)
 
 
 @jit

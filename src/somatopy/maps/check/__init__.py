@@ -20,6 +20,7 @@ _LAWS = (
     learning.learns_in_any_pieces,
     learning.returns_the_winner_before_the_update,
     looking.agrees_on_the_nearest,
+    learning.finds_what_it_has_learned,
     looking.takes_the_first_of_equals,
     looking.ranks_as_it_chooses,
     looking.joins_what_is_there,

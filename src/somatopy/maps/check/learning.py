@@ -17,6 +17,7 @@ from somatopy.maps.check.trials import DIMS, GAPPY, INPUTS, Maps, closeness, sta
 
 __all__ = [
     "computes_as_precisely_as_asked",
+    "finds_what_it_has_learned",
     "keeps_its_precision",
     "learns_around_gaps",
     "learns_in_any_pieces",
@@ -83,6 +84,26 @@ def _returns_the_winner(maps: Maps, missing: str, inputs: Any) -> None:
             holds(isinstance(returned, int) and returned == unit, "{!r} where winner said {}", returned, unit)
 
 
+def finds_what_it_has_learned(maps: Maps) -> None:
+    """learn_and_find is two calls in one."""
+    for missing, inputs, dtype in (
+        ("error", INPUTS, "float64"),
+        ("error", INPUTS, "float32"),
+        ("ignore", GAPPY, "float64"),
+    ):
+        with law(
+            f'learn_and_find gives what winner gives after learn_one, and teaches the same (missing="{missing}")',
+            "search the updated codes, or leave it to Map",
+        ) as holds:
+            one, two = (maps.new(missing=missing, dtype=dtype) for _ in range(2))
+            for x in inputs:
+                two.learn_one(x)
+                found, expected = one.learn_and_find(x), two.winner(x)
+                holds(same(found, expected), "{} where winner said {} after learn_one", found, expected)
+                holds(same([*map(type, found)], [int, float]), "a {} and a {}", *map(type, found))
+            holds(same(one.state(), two.state()), "another state than that of learn_one")
+
+
 def owns_its_inputs(maps: Maps) -> None:
     """Inputs stay the caller's, and may be of any kind."""
     with law(
@@ -134,7 +155,7 @@ def _calls(bad: list[Any], *, started: bool) -> Iterator[tuple[str, Any]]:
     """What each method must not take: bad values, in a batch behind good ones, and if it has started wrong lengths."""
     singles = [*(X[5] for X in bad), *(LENGTHS if started else LENGTHS[2:])]
     batches = [*bad, INPUTS[:, :2], INPUTS[0]] if started else [*bad, INPUTS[0]]
-    yield from (("learn_one", x) for x in singles)
+    yield from ((name, x) for name in ("learn_one", "learn_and_find") for x in singles)
     yield from (("partial_fit", X) for X in batches)
     if started:
         yield from ((name, x) for name in ("winner", "winners") for x in singles)
