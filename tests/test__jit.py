@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 import somatopy._jit as under_test
-from somatopy._jit import jit
+from somatopy._jit import jit, jit_inlined
 
 PACKAGE = Path(under_test.__file__).parent
 
@@ -107,6 +107,25 @@ def test_compiled_function_computes_what_the_source_says() -> None:
     assert total(np.array([1.0, 2.0, 3.5])) == 6.5
 
 
+@jit_inlined
+def doubled(x: float) -> float:
+    return 2.0 * x
+
+
+def test_an_inlined_function_computes_the_same_alone_and_in_another() -> None:
+    """It may be called from Python and from kernels."""
+
+    @jit
+    def sum_of_doubles(values: np.ndarray) -> float:
+        result = 0.0
+        for value in values:
+            result += doubled(value)
+        return result
+
+    assert doubled(3.0) == 6.0
+    assert sum_of_doubles(np.array([1.0, 2.0])) == 6.0
+
+
 def test_works_without_any_writable_cache_folder(tmp_path: Path) -> None:
     """Where numba finds no folder to write to (even for root: files stand where folders should), code still runs."""
     (tmp_path / "__pycache__").write_text("a file, not a folder")
@@ -194,7 +213,9 @@ def test_unreadable_kept_code_is_compiled_anew(package: Path) -> None:
 def kernels(tree: ast.Module) -> Iterator[ast.FunctionDef]:
     """The compiled functions of a file."""
     for node in ast.walk(tree):
-        if isinstance(node, ast.FunctionDef) and any(ast.unparse(one) == "jit" for one in node.decorator_list):
+        if isinstance(node, ast.FunctionDef) and any(
+            ast.unparse(one) in under_test.__all__ for one in node.decorator_list
+        ):
             yield node
 
 

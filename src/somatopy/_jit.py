@@ -20,7 +20,7 @@ from typing import Any, ParamSpec, TypeVar, cast
 import numba
 from numba.core.caching import FunctionCache, IndexDataCacheFile
 
-__all__ = ["jit"]
+__all__ = ["jit", "jit_inlined"]
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -34,7 +34,20 @@ def jit(function: Callable[P, R]) -> Callable[P, R]:
     The compiled code is kept on disk for the next process if numba finds a folder that it can write to, and is
     compiled anew in each process if it finds none.
     """
-    kernel: Any = numba.njit(nogil=True, error_model="numpy")(function)
+    return _kept(function, numba.njit(nogil=True, error_model="numpy")(function))
+
+
+def jit_inlined(function: Callable[P, R]) -> Callable[P, R]:
+    """Compile as `jit` does, and make the code a part of every kernel that calls it.
+
+    It is for short loops inside longer ones. Left to itself, the compiler often calls them, and passing arrays then
+    takes as long as the loop.
+    """
+    return _kept(function, numba.njit(nogil=True, error_model="numpy", forceinline=True)(function))
+
+
+def _kept(function: Callable[P, R], kernel: Any) -> Callable[P, R]:
+    """A kernel, with its compiled code kept on disk where that is possible."""
     if hasattr(kernel, "enable_caching"):  # NUMBA_DISABLE_JIT gives the function itself back
         with suppress(RuntimeError):  # numba: "cannot cache function ...: no locator available for file ..."
             kernel._cache = KernelCache(function)

@@ -14,7 +14,7 @@ from somatopy.maps.kernels import (
     LARGEST_SINGLE,
     all_usable,
     first_least,
-    greatest,
+    least_and_greatest,
     nearest,
     padded_dims,
     read_sample,
@@ -117,7 +117,7 @@ def test_least_and_greatest_are_found_by_their_bits(size: int, seed: int, dtype:
     values[rng.random(size) < 0.1] = np.inf
     values[rng.random(size) < 0.1] = 0.0
     assert first_least(values) == values.argmin()
-    assert greatest(values) == values.max()
+    assert least_and_greatest(values) == (values.argmin(), values.max())
 
 
 def test_a_sample_that_is_read_ends_in_zeros() -> None:

@@ -10,9 +10,17 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from somatopy._jit import jit
-from somatopy.maps.kernels import all_usable, greatest, nearest_lane, nearest_now, read_sample, unit_at
+from somatopy.maps.kernels import all_usable, least_and_greatest, nearest_now, read_sample, squared_distances, unit_at
 from somatopy.maps.lattice import Lattice
-from somatopy.maps.lattice_kernels import LEAST, columns_in_reach, pull_by_gaussian, pull_row, rows_in_reach
+from somatopy.maps.lattice_kernels import (
+    GAINS,
+    LEAST,
+    TABLES,
+    columns_in_reach,
+    pull_by_gaussian,
+    pull_row,
+    rows_in_reach,
+)
 from somatopy.maps.sheet import LatticeMap
 from somatopy.maps.start import NEGLIGIBLE, check_number, remembered, start_codes
 
@@ -187,8 +195,8 @@ def _pull_each(
         for lane in range(start, stop):
             away, distance = apart[i] + tables[0, lane], squared[other * lanes + lane]
             decay = away / max(scale * distance, LEAST) if own else sqrt(away) / scale
-            tables[2, lane] = min(sqrt(distance) * rate * exp(-decay), 1.0)
-        pull_row(codes, x, other, start, stop, tables[2])
+            tables[GAINS, lane] = min(sqrt(distance) * rate * exp(-decay), 1.0)
+        pull_row(codes, x, other, start, stop, tables[GAINS])
 
 
 @jit
@@ -223,11 +231,12 @@ def learn_dsom(
     rule, columns = DSOMRule(*parameters), int(geometry[-1, 0])
     padded, rows, lanes = codes.shape
     flat, x, at = codes.reshape(padded, rows * lanes), np.zeros(padded, codes.dtype), 0
-    found, apart, tables = np.empty(rows, np.int64), np.empty(rows), np.empty((3, lanes), codes.dtype)
+    found, apart, tables = np.empty(rows, np.int64), np.empty(rows), np.empty((TABLES, lanes), codes.dtype)
     for t in range(samples.shape[0]):
         read_sample(samples, t, x)
-        at = nearest_lane(flat, x, samples.shape[1], work)
-        memory[0] = max(memory[0], greatest(work))
+        squared_distances(flat, x, samples.shape[1], work)
+        at, farthest = least_and_greatest(work)
+        memory[0] = max(memory[0], farthest)
         memory[1] += 1.0
         closest = float(work[at])
         if closest == 0.0:

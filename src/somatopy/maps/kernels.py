@@ -25,7 +25,7 @@ __all__ = [
     "LARGEST_SINGLE",
     "all_usable",
     "first_least",
-    "greatest",
+    "least_and_greatest",
     "nearest",
     "nearest_lane",
     "nearest_now",
@@ -157,11 +157,12 @@ def _first_bits(bits: Array, pattern: int) -> int:
 
 
 @jit
-def _greatest_bits(bits: Array) -> int:
-    most = bits[0]
+def _extreme_bits(bits: Array) -> tuple[int, int]:
+    """The least and the greatest bit pattern."""
+    least = most = bits[0]
     for i in range(bits.size):
-        most = max(most, bits[i])
-    return int(most)
+        least, most = min(least, bits[i]), max(most, bits[i])
+    return least, most
 
 
 @jit
@@ -175,11 +176,15 @@ def first_least(squared: Array) -> int:
 
 
 @jit
-def greatest(squared: Array) -> float:
-    """The greatest of values that are not negative."""
+def least_and_greatest(squared: Array) -> tuple[int, float]:
+    """The first place of the least, and the greatest, of values that are not negative."""
     if squared.itemsize == 4:
-        return float(np.int32(_greatest_bits(squared.view(np.int32))).view(np.float32))
-    return float(np.int64(_greatest_bits(squared.view(np.int64))).view(np.float64))
+        single = squared.view(np.int32)
+        least, most = _extreme_bits(single)
+        return _first_bits(single, least), float(np.int32(most).view(np.float32))
+    double = squared.view(np.int64)
+    least, most = _extreme_bits(double)
+    return _first_bits(double, least), float(np.int64(most).view(np.float64))
 
 
 @jit

@@ -11,21 +11,27 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from somatopy._jit import jit
+from somatopy._jit import jit, jit_inlined
 from somatopy.maps.kernels import LANES
 from somatopy.maps.start import NEGLIGIBLE
 
-__all__ = ["LEAST", "columns_in_reach", "pull_by_gaussian", "pull_row", "rows_in_reach"]
+__all__ = ["GAINS", "LEAST", "TABLES", "columns_in_reach", "pull_by_gaussian", "pull_row", "rows_in_reach"]
 
 Array = NDArray[Any]
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 LEAST = 1e-300  # what is divided by stays above 0
-U = np.uint64
+
+# Rows of the scratch tables, of which each has a value a lane: squared distances from the winner along its row, their
+# Gaussians, the least of these distances in each block of lanes, and the gains of one row. The same follows for rows
+# that are shifted against the winner's.
+APART, GAUSS, BLOCKS, GAINS, BESIDE = range(5)
+TABLES = 2 * BESIDE
+U = np.uint64  # unsigned indices spare the compiler Python's meaning of negative ones
 
 
-@jit
+@jit_inlined
 def _places_in_reach(place: int, count: int, reach: float, wraps: bool) -> tuple[int, int]:
     """First place, and number of places, within `reach` places along an axis; places wrap round its end if it does."""
     steps = int(min(reach, float(count)))
@@ -37,7 +43,7 @@ def _places_in_reach(place: int, count: int, reach: float, wraps: bool) -> tuple
     return (place - steps) % count, 2 * steps + 1
 
 
-@jit
+@jit_inlined
 def rows_in_reach(geometry: Floats, row: int, limit: float, rows: Integers, apart: Floats) -> int:
     """Write rows whose squared distance from `row` is at most about `limit`, and those distances; return how many."""
     rows[0], apart[0], found, before = 0, 0.0, 1, 1
@@ -50,7 +56,9 @@ def rows_in_reach(geometry: Floats, row: int, limit: float, rows: Integers, apar
         start, span = _places_in_reach(place, count, sqrt(limit) / spacing, wraps)
         for i in range(found - 1, -1, -1):  # from the back: each entry is read before its room is written
             for j in range(span - 1, -1, -1):
-                other = (start + j) % count
+                other = start + j
+                if other >= count:
+                    other -= count
                 steps = abs(other - place)
                 if wraps:
                     steps = min(steps, count - steps)
@@ -60,7 +68,7 @@ def rows_in_reach(geometry: Floats, row: int, limit: float, rows: Integers, apar
     return found
 
 
-@jit
+@jit_inlined
 def columns_in_reach(geometry: Floats, centre: float, limit: float, apart: Array) -> tuple[int, int]:
     """Write the squared distance along a row from `centre` where it is at most about `limit`, infinity beside it.
 
@@ -85,33 +93,71 @@ def columns_in_reach(geometry: Floats, centre: float, limit: float, apart: Array
     return start, stop
 
 
-@jit
+@jit_inlined
+def _pull_lanes(code: Array, target: float, start: int, stop: int, gains: Array) -> None:
+    for lane in range(U(start), U(stop)):
+        code[lane] += gains[lane] * (target - code[lane])
+
+
+@jit_inlined
 def pull_row(codes: Array, x: Array, row: int, start: int, stop: int, gains: Array) -> None:
     """Move the lanes from start to stop of a row towards x by their gains, in the coordinates of x that are known."""
     for k in range(codes.shape[0]):
-        target, code = x[k], codes[k, row]
-        if target == target:
-            for lane in range(U(start), U(stop)):
-                code[lane] += gains[lane] * (target - code[lane])
+        if x[k] == x[k]:
+            _pull_lanes(codes[k, row], x[k], start, stop, gains)
 
 
-@jit
-def _gaussians(apart: Array, start: int, stop: int, scale: float) -> None:
-    """Turn squared distances into exp(-distance^2 / scale)."""
+@jit_inlined
+def _tabulate(geometry: Floats, centre: float, limit: float, scale: float, tables: Array) -> tuple[int, int]:
+    """Fill the tables for a row whose winner lies, or would lie, at `centre`; the range of lanes written."""
+    apart, gauss, blocks, twice = tables[APART], tables[GAUSS], tables[BLOCKS], int(2.0 * centre)
+    start, stop = columns_in_reach(geometry, centre, limit, apart)
     for lane in range(start, stop):
-        apart[lane] = exp(-apart[lane] / scale)
+        mirrored = twice - lane
+        if apart[lane] == np.inf:
+            gauss[lane] = 0.0
+        elif start <= mirrored < lane and apart[mirrored] == apart[lane]:
+            gauss[lane] = gauss[mirrored]
+        else:
+            gauss[lane] = exp(-apart[lane] / scale)
+    for block in range(start // LANES, stop // LANES):
+        blocks[block] = apart[block * LANES : (block + 1) * LANES].min()
+    return start, stop
 
 
-@jit
-def _row_gains(distances: Array, across: Array, factor: float, by_distance: bool, gains: Array) -> None:
+@jit_inlined
+def _across(tables: Array, left: int, right: int, start: int, stop: int, apart: float, scale: float) -> float:
+    """exp(-apart / scale), read from the tables where the left or the right of two lanes is exactly as far."""
+    if start <= left and tables[APART, left] == apart:
+        return float(tables[GAUSS, left])
+    if right < stop and tables[APART, right] == apart:
+        return float(tables[GAUSS, right])
+    return exp(-apart / scale)
+
+
+@jit_inlined
+def _lanes_within(blocks: Array, start: int, stop: int, left: float) -> tuple[int, int]:
+    """What is left of a range of lanes without the blocks at its ends that are farther than a squared distance."""
+    first, last = start // LANES, stop // LANES
+    while first < last and blocks[first] > left:
+        first += 1
+    while last > first and blocks[last - 1] > left:
+        last -= 1
+    return first * LANES, last * LANES
+
+
+@jit_inlined
+def _row_gains(
+    distances: Array, along: Array, start: int, stop: int, factor: float, by_distance: bool, gains: Array
+) -> None:
     """The gain of each lane of a row: factor * its Gaussian along the row, times its distance from x if so."""
     f = gains.dtype.type(factor)
     if by_distance:
-        for lane in range(gains.size):
-            gains[lane] = np.sqrt(distances[lane]) * f * across[lane]
+        for lane in range(U(start), U(stop)):
+            gains[lane] = np.sqrt(distances[lane]) * f * along[lane]
     else:
-        for lane in range(gains.size):
-            gains[lane] = f * across[lane]
+        for lane in range(U(start), U(stop)):
+            gains[lane] = f * along[lane]
 
 
 @jit
@@ -130,25 +176,26 @@ def pull_by_gaussian(
 ) -> None:
     """Pull the codes around lane `at` by rate * exp(-lattice distance^2 / scale), times their distance if so.
 
-    The Gaussian is the product of one along the row and one across the rows, so that few exponentials are needed.
+    The Gaussian is the product of one along the row and one across the rows, so that few exponentials are needed, and
+    only the lanes within reach are worked on, in whole blocks.
     """
     lanes = codes.shape[2]
-    row, column, limit = at // lanes, at % lanes, NEGLIGIBLE * scale
-    found, shift = rows_in_reach(geometry, row, limit, rows, apart), geometry[-1, 3]
-    start, stop = columns_in_reach(geometry, float(column), limit, tables[0])
-    _gaussians(tables[0], start, stop, scale)
-    start_odd, stop_odd = start, stop
+    row, column, limit, shift = at // lanes, at % lanes, NEGLIGIBLE * scale, geometry[-1, 3]
+    found, own, beside = rows_in_reach(geometry, row, limit, rows, apart), tables[:BESIDE], tables[BESIDE:]
+    start, stop = _tabulate(geometry, float(column), limit, scale, own)
+    start_beside, stop_beside = start, stop
     if shift > 0.0:  # rows of the other parity lie half a cell beside
         centre = column + (shift if row % 2 else -shift)
-        start_odd, stop_odd = columns_in_reach(geometry, centre, limit, tables[1])
-        _gaussians(tables[1], start_odd, stop_odd, scale)
+        start_beside, stop_beside = _tabulate(geometry, centre, limit, scale, beside)
     for i in range(found):
-        if apart[i] > limit:
-            continue
         other = rows[i]
-        beside = int(shift > 0.0 and (other - row) % 2 != 0)
-        first, end = (start_odd, stop_odd) if beside else (start, stop)
-        distances = squared[other * lanes + first : other * lanes + end]
-        gains = tables[2, first:end]
-        _row_gains(distances, tables[beside, first:end], rate * exp(-apart[i] / scale), by_distance, gains)
-        pull_row(codes, x, other, first, end, tables[2])
+        steps = abs(other - row)
+        factor = rate * _across(own, column - steps, column + steps, start, stop, apart[i], scale)
+        if shift > 0.0 and steps % 2 != 0:
+            table, first, last = beside, start_beside, stop_beside
+        else:
+            table, first, last = own, start, stop
+        first, last = _lanes_within(table[BLOCKS], first, last, limit - apart[i])
+        distances, gains = squared[other * lanes : (other + 1) * lanes], own[GAINS]
+        _row_gains(distances, table[GAUSS], first, last, factor, by_distance, gains)
+        pull_row(codes, x, other, first, last, gains)

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from somatopy._jit import jit
 from somatopy.maps.kernels import all_usable, nearest_lane, nearest_now, read_sample, unit_at
-from somatopy.maps.lattice_kernels import LEAST, pull_by_gaussian
+from somatopy.maps.lattice_kernels import LEAST, TABLES, pull_by_gaussian
 from somatopy.maps.sheet import LatticeMap
 from somatopy.maps.start import Fading, faded, fading_rule, remembered, start_codes
 
@@ -147,7 +147,7 @@ def learn_som(
     fade, columns = Fading(*parameters), int(geometry[-1, 0])
     padded, rows, lanes = codes.shape
     flat, x, at = codes.reshape(padded, rows * lanes), np.zeros(padded, codes.dtype), 0
-    found, apart, tables = np.empty(rows, np.int64), np.empty(rows), np.empty((3, lanes), codes.dtype)
+    found, apart, tables = np.empty(rows, np.int64), np.empty(rows), np.empty((TABLES, lanes), codes.dtype)
     for t in range(samples.shape[0]):
         read_sample(samples, t, x)
         at = nearest_lane(flat, x, samples.shape[1], work)
