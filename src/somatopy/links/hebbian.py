@@ -134,6 +134,8 @@ class HebbianLinks:
 
 def _node(name: str, node: Any, which: str, count: int) -> int:
     """A node as an int, once it is known to be one."""
+    if type(node) is int and 0 <= node < count:
+        return node
     try:
         number = index(node)
     except TypeError:

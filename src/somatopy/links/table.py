@@ -66,13 +66,28 @@ def _greatest(row: Floats) -> float:
 
 
 @jit
-def _strongest(row: Floats, u: float) -> int:
-    greatest = _greatest(row)
+def _ties(row: Floats, start: Any, greatest: float) -> int:
+    """How many links of the block from `start` on are the greatest."""
     ties = 0
-    for j in range(U(row.size)):
+    for j in range(start, min(start + BLOCK, U(row.size))):
         ties += int(row[j] == greatest)
+    return ties
+
+
+@jit
+def _strongest(links: Floats, i: int, u: float) -> int:
+    row = links[i]
+    greatest, size, ties = _greatest(row), U(row.size), 0
+    for start in range(U(0), size, BLOCK):
+        ties += _ties(row, start, greatest)
     to_skip = int(u * ties)  # under ties: no double below 1 rounds up that far
     node = U(0)
+    while True:
+        ties = _ties(row, node, greatest)
+        if ties > to_skip:
+            break
+        to_skip -= ties
+        node += BLOCK
     while to_skip > 0 or row[node] != greatest:
         to_skip -= int(row[node] == greatest)
         node += U(1)
@@ -91,7 +106,7 @@ class DenseTable:
 
     def strongest(self, i: int, u: float) -> int:
         """Of the nodes with the greatest link from i, in their order, the one at the share u."""
-        return _strongest(self._links[i], u)
+        return _strongest(self._links, i, u)
 
     def row(self, i: int) -> Floats:
         """Row i, the table's own."""

@@ -294,9 +294,10 @@ class Map(ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator, ABC)
 
     def _allows_missing(self) -> bool:
         """Whether values may be missing."""
-        if self.missing not in MISSING:
-            raise ValueError(f"unknown missing {self.missing!r}; valid: {list(MISSING)}")
-        return self.missing == "ignore"
+        try:
+            return MISSING[self.missing]
+        except (KeyError, TypeError):
+            raise ValueError(f"unknown missing {self.missing!r}; valid: {list(MISSING)}") from None
 
     def _go_on_from(self, arrays: dict[str, Array]) -> None:
         """Start, or go on, from a whole state."""

@@ -77,16 +77,18 @@ class CompiledMap(Map):
         if "_input_dtype" not in self.__dict__:
             check_is_fitted(self)
         codes, columns = self._laid_out()
-        units = codes.shape[1] * columns
-        if not -units <= unit < units:
-            raise IndexError(f"this map has units 0 to {units - 1}; got {unit}")
-        row, column = divmod(unit, columns)
-        code: Array = codes[: self.n_features_in_, row, column].copy()
+        try:
+            row, column = divmod(unit, columns)
+            code: Array = codes[: self.n_features_in_, row, column].copy()
+        except (IndexError, ZeroDivisionError):
+            raise IndexError(f"this map has units 0 to {self._units() - 1}; got {unit}") from None
         return code
 
     def _kernel_input(self, x: ArrayLike) -> Array:
         """One input as the kernels take it, shape (1, dims): a copy, whose values they check."""
-        given = real(x)
+        given = np.asarray(x)
+        if given.dtype is not self._input_dtype:  # most often it is, and then there is nothing to ask
+            given = real(given)
         if given.shape != (self.n_features_in_,):
             raise self._wrong_length(given)
         samples: Array = given.astype(self._input_dtype)[None]

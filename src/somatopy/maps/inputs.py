@@ -14,7 +14,7 @@ __all__ = ["LIMITS", "MISSING", "real", "refusal", "restored", "unusable"]
 Array = NDArray[Any]
 
 LIMITS = {"float64": LARGEST, "float32": LARGEST_SINGLE}
-MISSING = ("error", "ignore")
+MISSING = {"error": False, "ignore": True}  # whether values may be missing
 
 
 def real(x: ArrayLike) -> Array:
