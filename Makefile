@@ -15,7 +15,7 @@ reproduce: .venv/ready gl  ## the paper's experiment, end to end; options by ARG
 test: lint gl  ## lint, then every test and every example in a docstring
 	@$(SETUP) osmesa
 	@$(SETUP) browser
-	$(BIN)/python -m pytest $(ARGS)
+	$(BIN)/python -m pytest --numprocesses auto --dist loadscope $(ARGS)
 
 lint: .venv/ready-test  ## ruff and mypy
 	$(BIN)/ruff check .

@@ -1,4 +1,4 @@
-"""Speed of the geometric eye, of the test that saves pictures, and of the ceiling, beside drawing a picture.
+"""Speed of the geometric eye, of the test that saves pictures, and of the ceiling, beside drawing pictures and parts.
 
 Kernel times are those of one call inside compiled code; an eye's `find` adds the way there from Python.
 
@@ -10,7 +10,8 @@ from __future__ import annotations
 import argparse
 from collections import defaultdict
 from collections.abc import Callable
-from time import perf_counter
+from itertools import pairwise
+from time import perf_counter, thread_time
 
 import numpy as np
 
@@ -18,9 +19,9 @@ from somatopy._jit import jit
 from somatopy.bodies import MujocoBody
 from somatopy.experiment.ceiling import Vantages, reachable
 from somatopy.eyes import FiducialEye, GeometricEye
-from somatopy.eyes.frustum import may_be_seen, optics
+from somatopy.eyes.frustum import may_be_seen, optics, part_with_tags
 from somatopy.eyes.geometric import see
-from somatopy.percept import Floats, Ints, Shapes, View
+from somatopy.percept import Floats, Ints, Part, Shapes, View
 
 REPEATS = 300
 
@@ -71,6 +72,17 @@ def case(eye: GeometricEye, bare: GeometricEye, view: View) -> str:
     return "not in view" if bare.find(empty) is None else "occluded"
 
 
+def draw_and_search(body: MujocoBody, eye: FiducialEye, arm: Floats, head: Floats, part: Part | None) -> list[float]:
+    """Processor time of this thread to draw a picture, or a part of it, and to search it, us."""
+    body.place(arm, head)
+    marks = [thread_time()]
+    image = body.picture(part=part)
+    marks.append(thread_time())
+    eye.detect(image, part)
+    marks.append(thread_time())
+    return [1e6 * (end - start) for start, end in pairwise(marks)]
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--postures", type=int, default=600)
@@ -80,7 +92,7 @@ def main() -> None:
     bare = GeometricEye(body.camera, body.marker, Shapes(np.empty(0, np.int64), np.empty((0, 4))))
     arms = rng.uniform(body.arm.lower, body.arm.upper, (count, len(body.arm)))
     vantages = Vantages.of(body)
-    heads = [towards_hand(vantages, arm) for arm in arms]
+    heads = np.array([towards_hand(vantages, arm) for arm in arms])
     views = [body.view(arm, head) for arm, head in zip(arms, heads, strict=True)]
     times = defaultdict(list)
     for view in views:
@@ -89,17 +101,26 @@ def main() -> None:
         print(f"look, {name:12} {np.median(cost):9.2f} us   ({len(cost)} views)")
     sizes = optics(body.camera, body.marker)
     may_be_seen(views[0].camera, views[0].marker, *sizes)
-    print(f"find, from Python  {1e6 / count * seconds(lambda: [eye.find(view) for view in views]):9.2f} us")
+    for name, hit in (("hit", True), ("miss", False)):
+        kind = [view for view in views if (eye.find(view) is not None) == hit]
+        cost = min(seconds(lambda kind=kind: [eye.find(view) for view in kind]) for _ in range(5))  # type: ignore[misc]
+        print(f"find, from Python, {name:4} {1e6 / len(kind) * cost:9.2f} us")
     told = seconds(lambda: [may_be_seen(view.camera, view.marker, *sizes) for view in views])
     print(f"may_be_seen        {1e6 / count * told:9.2f} us")
     reachable(vantages, arms[:2])
     print(f"ceiling            {1e6 / count * seconds(lambda: reachable(vantages, arms)):9.2f} us a posture")
     print(f"all head postures  {1e6 / 100 * seconds(lambda: [vantages.seeing(arm) for arm in arms[:100]]):9.2f} us")
-    rendered = FiducialEye(body.camera, body.marker, skip=False)
-    pictures = zip(arms[:200], heads[:200], strict=True)
-    rendered.look(body.place(arms[0], heads[0]))
-    drawn = seconds(lambda: [rendered.look(body.place(arm, head)) for arm, head in pictures])
-    print(f"draw and search    {1e6 / min(200, count) * drawn:9.2f} us")
+    rendered, spent = FiducialEye(body.camera, body.marker), []
+    for view, arm, head in zip(views, arms, heads, strict=True):
+        part = part_with_tags(view.camera, view.marker, *sizes)
+        if part[2]:
+            spent.append(
+                [*draw_and_search(body, rendered, arm, head, None), *draw_and_search(body, rendered, arm, head, part)]
+            )
+    for name, (draw, search) in zip(
+        ("whole picture", "part of it"), np.median(spent, axis=0).reshape(2, 2), strict=True
+    ):
+        print(f"{name:13} draw {draw:8.0f} us, search {search:5.0f} us   (of {len(spent)} that may show a tag)")
     body.close()
 
 

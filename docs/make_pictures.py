@@ -14,7 +14,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from somatopy import load_description, load_run
+from somatopy import load_run
 from somatopy.experiment.film import Photograph, photographs, portrait
 from somatopy.percept import Image
 
@@ -47,17 +47,16 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("docs/img"))
     args = parser.parse_args()
     args.out.mkdir(parents=True, exist_ok=True)
-    run, description = load_run(args.run), load_description(args.run / "experiment.toml")
+    run = load_run(args.run)
+    body = run.description["body"]
     hits = run.frames(["hit"])["hit"].to_numpy()
-    names = [n for n in run.columns if n.startswith(("arm_", "head_")) and n.endswith("_rad") and "command" not in n]
-    table = np.column_stack([run.frames([n])[n].to_numpy() for n in names])
-    n_arm = sum(name.startswith("arm_") for name in names)
+    arms, heads = run.postures("arm"), run.postures("head")
     steady = len(hits) // 2 + int(np.convolve(hits[len(hits) // 2 :], np.ones(15), "valid").argmax())
     frames = [*np.linspace(0, len(hits) - 1, 12, dtype=int)[1:-1], steady]
-    taken = photographs(description, [table[k, :n_arm] for k in frames], [table[k, n_arm:] for k in frames])
+    taken = photographs(body, arms[frames], heads[frames])
     *ten, best = [annotated(photograph) for photograph in taken]
     cv2.imwrite(str(args.out / "head_camera.png"), sheet(ten, 5)[..., ::-1])
-    outside = portrait(description, table[steady, :n_arm], table[steady, n_arm:], size=(600, 540))
+    outside = portrait(body, arms[steady], heads[steady], size=(600, 540))
     inside = cv2.resize(best, (720, 540), interpolation=cv2.INTER_CUBIC)
     gap = np.full((540, GAP, 3), 255, np.uint8)
     cv2.imwrite(str(args.out / "robot.png"), np.hstack([outside, gap, inside])[..., ::-1])

@@ -17,12 +17,15 @@ import numpy as np
 from somatopy.analysis.style import CEILING, HITS, TREND, style
 from somatopy.babbling import UniformBabbler
 from somatopy.bodies import MujocoBody
-from somatopy.experiment.ceiling import EVERY, GRID, Vantages, _compute, reachable, reactive_hits
+from somatopy.clock import WINDOW
+from somatopy.experiment import ceiling
+from somatopy.experiment.ceiling import EVERY, Vantages, _compute, reachable, reactive_hits
 from somatopy.eyes import FiducialEye
 from somatopy.eyes.frustum import may_be_seen, optics
 from somatopy.percept import Floats
 
 FRAMES = (177_823, 96_049)
+GRID = ceiling.GRIDS[2]
 GRIDS = ((25, 8), (49, 15), (97, 29), (193, 57))
 SAMPLE, CHECKED = 2000, 500
 ROBUST, SPREAD = 5, 60  # head postures drawn where the hand is said to be reachable, and where not
@@ -115,7 +118,7 @@ def main() -> None:
     body = MujocoBody("nao")
     arms = trajectory(body)
     start = perf_counter()
-    result = _compute(body, [arms[: FRAMES[0]], arms[FRAMES[0] :]], 4500, EVERY, GRID, None)
+    result = _compute([body, body], [arms[: FRAMES[0]], arms[FRAMES[0] :]], WINDOW, EVERY, GRID)
     seconds, reactive = perf_counter() - start, result["reactive"]
     windows = [rate for phase in result["phases"] for rate in phase["per_window"]]
     print(f"run of {len(arms)} frames: {seconds:.1f} s; ceiling {result['rate']:.2%}", end=", ")

@@ -1,8 +1,9 @@
 """Measure how well the geometric eye agrees with the rendered one: numbers and picture of docs/eyes.md.
 
-usage: python docs/measure_eyes.py [--out docs/img] [--run RUN]
+usage: python docs/measure_eyes.py [--out docs/img] [--run RUN] [--parts N]
 
-With RUN, a run folder, it also counts in how many of its frames no picture need be drawn. Takes about a minute.
+With RUN, a run folder, it also counts in how many of its frames no picture need be drawn. With N it does nothing else
+than compare parts with whole pictures in 3 N postures. Takes about a minute.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from somatopy import load_run
 from somatopy.bodies import MujocoBody
 from somatopy.experiment.ceiling import Vantages
 from somatopy.eyes import FiducialEye, GeometricEye, geometric
-from somatopy.eyes.frustum import may_be_seen, optics
+from somatopy.eyes.frustum import may_be_seen, optics, part_with_tags
 from somatopy.percept import Floats, Image, Sighting, View
 
 HALF = 3000  # postures to calibrate with, as many to report on, as many uniform ones
@@ -48,11 +49,11 @@ def uniform_head(body: MujocoBody, rng: np.random.Generator) -> Floats:
     return body.legal(rng.uniform(body.head.lower, body.head.upper))
 
 
-def gaze_directed_head(vantages: Vantages, arm: Floats, rng: np.random.Generator) -> Floats:
-    """The head posture of the grid that looks nearest to the hand, and some noise."""
+def gaze_directed_head(vantages: Vantages, arm: Floats, rng: np.random.Generator, noise: float = NOISE) -> Floats:
+    """The head posture of the grid that looks nearest to the hand, and some noise, rad."""
     ray = vantages.body.view(arm, vantages.heads[0]).marker[:3] - vantages.cameras[:, :3]
     along = -(vantages.cameras[:, 5::3] * ray).sum(axis=1) / np.linalg.norm(ray, axis=1)
-    return vantages.body.legal(vantages.heads[along.argmax()] + rng.normal(0, NOISE, 2))
+    return vantages.body.legal(vantages.heads[along.argmax()] + rng.normal(0, noise, 2))
 
 
 def table(samples: list[Sample], found: list[Sighting | None]) -> str:
@@ -107,21 +108,44 @@ def sheet(rows: list[list[Image]]) -> Image:
 
 def saved_in(folder: Path, body: MujocoBody) -> tuple[float, float]:
     """Shares of a run's frames with a hit, and of every tenth in which no picture need be drawn."""
-    names = [f"arm_{n}_rad" for n in body.arm.names] + [f"head_{n}_rad" for n in body.head.names]
-    frames = load_run(folder).frames([*names, "hit"])
-    postures = np.column_stack([frames[n].to_numpy() for n in names])[::10]
-    sizes, split = optics(body.camera, body.marker), len(body.arm)
-    views = (body.view(row[:split], row[split:]) for row in postures)
+    run, sizes = load_run(folder), optics(body.camera, body.marker)
+    arms, heads = run.postures("arm")[::10], run.postures("head")[::10]
+    views = (body.view(arm, head) for arm, head in zip(arms, heads, strict=True))
     drawn = [may_be_seen(view.camera, view.marker, *sizes) for view in views]
-    return float(frames["hit"].to_numpy().mean()), 1.0 - float(np.mean(drawn))
+    return float(run.frames(["hit"])["hit"].to_numpy().mean()), 1.0 - float(np.mean(drawn))
+
+
+def compare_parts(body: MujocoBody, count: int, rng: np.random.Generator) -> None:
+    """Print in how many pictures that may show a tag the eye answers otherwise when it has only a part of them."""
+    part, whole = FiducialEye(body.camera, body.marker), FiducialEye(body.camera, body.marker, skip=False)
+    vantages, sizes = Vantages.of(body), optics(body.camera, body.marker)
+    print("gaze | pictures | hits | answers that differ | share of the picture")
+    for name, noise in (("directed", NOISE), ("around the hand", 0.4), ("uniform", None)):
+        areas, differ, hits = [], 0, 0
+        for _ in range(count):
+            arm = rng.uniform(body.arm.lower, body.arm.upper)
+            head = uniform_head(body, rng) if noise is None else gaze_directed_head(vantages, arm, rng, noise)
+            view = body.view(arm, head)
+            left, top, right, bottom = part_with_tags(view.camera, view.marker, *sizes)
+            if right == 0:
+                continue
+            areas.append((right - left) * (bottom - top) / body.camera.width / body.camera.height)
+            seen, answer = whole.look(body.place(arm, head)), part.look(body.place(arm, head))
+            hits, differ = hits + (seen is not None), differ + (seen != answer)
+        print(f"| {name} | {len(areas)} | {hits} | {differ} | {np.mean(areas):.0%} |")
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=Path("docs/img"))
     parser.add_argument("--run", type=Path)
+    parser.add_argument("--parts", type=int)
     args = parser.parse_args()
     body = MujocoBody("nao", motion="kinematic")
+    if args.parts:
+        compare_parts(body, args.parts, np.random.default_rng(1))
+        body.close()
+        return
     rendered, model = FiducialEye(body.camera, body.marker), GeometricEye(body.camera, body.marker, body.occluders)
     vantages, rng = Vantages.of(body), np.random.default_rng(0)
     arms = rng.uniform(body.arm.lower, body.arm.upper, (3 * HALF, len(body.arm)))

@@ -9,18 +9,20 @@ import tempfile
 import numpy as np
 
 from somatopy import check_learner, paper, run
+from somatopy.experiment import frames_of
 from somatopy.learners import Plastic, Scale
 
 
 class QuadraticGaze(Plastic):
     """Head posture as a quadratic function of the arm's, fitted to the hits; where the hand is lost, around it."""
 
-    PARTS = frozenset({"fit"})
+    parts = frozenset({"fit"})
 
-    def __init__(self, arm_limits, head_limits, image_size, rng):
-        self.arm, self.head, self.rng = Scale(arm_limits), Scale(head_limits), rng
+    def __init__(self, robot, rng, forgetting: float = 0.001):
+        self.arm, self.head, self.rng = Scale(robot.arm.limits), Scale(robot.head.limits), rng
+        self.forgetting = forgetting
         terms = len(self.features(self.arm.low))
-        self.gram, self.sums = np.eye(terms), np.zeros((terms, len(self.head.low)))
+        self.gram, self.sums = np.eye(terms), np.zeros((terms, len(robot.head)))
 
     def features(self, arm):
         x = np.append(1.0, 2 * self.arm.to_unit(arm) - 1)
@@ -29,8 +31,8 @@ class QuadraticGaze(Plastic):
     def observe(self, percept):
         if percept.sighting is not None and "fit" in self.plastic:
             z, y = self.features(percept.arm), self.head.to_unit(percept.head) - 0.5
-            self.gram += np.outer(z, z) - 0.001 * (self.gram - np.eye(len(z)))  # old hits fade, so damage does too
-            self.sums += np.outer(z, y) - 0.001 * self.sums
+            self.gram += np.outer(z, z) - self.forgetting * (self.gram - np.eye(len(z)))
+            self.sums += np.outer(z, y) - self.forgetting * self.sums  # old hits fade, so damage does too
 
     def predict(self, arm):
         y = 0.5 + self.features(arm) @ np.linalg.solve(self.gram, self.sums)
@@ -41,26 +43,20 @@ class QuadraticGaze(Plastic):
         y = self.head.to_unit(self.predict(percept.arm)) + self.rng.normal(0, search, len(self.head.low))
         return self.head.to_angle(np.clip(y, 0, 1))
 
-    def probes(self):
-        return {}
-
-    def maps(self):
-        return {}
-
     def state(self):
         return {"gram": self.gram.copy(), "sums": self.sums.copy(), "rng": self.rng.bit_generator.state}
 
     def restore(self, state):
-        self.gram, self.sums = state["gram"].copy(), state["sums"].copy()
+        self.gram, self.sums = np.array(state["gram"]), np.array(state["sums"])
         self.rng.bit_generator.state = state["rng"]
 
 
 check_learner(QuadraticGaze)
 print("QuadraticGaze keeps the contract of learners.")
 minutes = float(sys.argv[1]) if len(sys.argv) > 1 else 10.0
-phase = paper().phases[0].model_copy(update={"frames": round(900 * minutes)})
+phase = paper().phases[0].replaced(frames=frames_of(minutes))
 described = paper().replaced(eye={"kind": "geometric"}, body={"motion": "kinematic"}, phases=[phase])
 with tempfile.TemporaryDirectory() as folder:
     for name, learner in (("HebbianLearner", None), ("QuadraticGaze", QuadraticGaze)):  # the same movements of the arm
-        summary = run(described, f"{folder}/{name}", learner).summary
+        summary = run(described, f"{folder}/{name}", learner=learner, progress=False).summary
         print(f"{name} saw the hand in {summary['phases'][0]['rate']:.1%} of {minutes:g} minutes")

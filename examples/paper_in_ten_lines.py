@@ -3,9 +3,7 @@
 from somatopy import paper, run
 
 intact, damaged = paper().phases
-short = paper().replaced(
-    phases=(intact.model_copy(update={"frames": 20 * 900}), damaged.model_copy(update={"frames": 10 * 900}))
-)
+short = paper().replaced(phases=(intact.replaced(frames=20 * 900), damaged.replaced(frames=10 * 900)))
 result = run(short)
 for phase in result.summary["phases"]:
     print(f"{phase['damage']:>7}: hand seen in {phase['rate']:.1%} of {phase['frames']} frames")

@@ -28,9 +28,8 @@ print("Hit rate in windows of 5 minutes:")
 print(frames.groupby(frames["time_s"] // 300 * 5)["hit"].mean().rename_axis("from minute").round(3), "\n")
 
 print("Hit rate by the angle of each arm joint, thirds of its range from low to high:")
-joints = [name for name in frames if name.startswith("arm_") and name.endswith("_rad") and "command" not in name]
 thirds = {
-    name: frames["hit"].groupby(pd.cut(frames[name], 3, labels=["low", "middle", "high"]), observed=True).mean()
-    for name in joints
+    joint: frames["hit"].groupby(pd.cut(angles, 3, labels=["low", "middle", "high"]), observed=True).mean()
+    for joint, angles in zip(run.joints("arm"), run.postures("arm").T, strict=True)
 }
 print(pd.DataFrame(thirds).T.round(3))

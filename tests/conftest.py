@@ -14,7 +14,8 @@ from hypothesis import settings
 settings.register_profile("somatopy", deadline=None, derandomize=True)
 settings.load_profile("somatopy")
 
-not_run: dict[str, list[str]] = {"gl": [], "osmesa": [], "browser": []}
+#: Why tests of each marker are skipped, where they are.
+REASONS = {"gl": "needs OpenGL", "osmesa": "needs OSMesa", "browser": "needs Chromium"}
 
 
 @cache
@@ -61,24 +62,23 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
     if item.get_closest_marker("gl") is not None and why_no_gl() is not None:
         if os.environ.get("CI") == "true":
             pytest.fail(f"CI=true allows no skip. {why_no_gl()}", pytrace=False)
-        not_run["gl"].append(item.nodeid)
-        pytest.skip("needs OpenGL")
+        pytest.skip(REASONS["gl"])
     if item.get_closest_marker("browser") is not None and why_no_browser() is not None:
         if os.environ.get("CI") == "true":
             pytest.fail(f"CI=true allows no skip. {why_no_browser()}", pytrace=False)
-        not_run["browser"].append(item.nodeid)
-        pytest.skip("needs Chromium")
+        pytest.skip(REASONS["browser"])
     if item.get_closest_marker("osmesa") is not None and why_no_osmesa() is not None:
-        not_run["osmesa"].append(item.nodeid)
-        pytest.skip("needs OSMesa")
+        pytest.skip(REASONS["osmesa"])
 
 
 @pytest.hookimpl(wrapper=True, tryfirst=True)
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> Generator[None, None, None]:
-    """The tests that did not run are named last, under everything else."""
+    """The tests that did not run are counted last, under everything else, also where several processes run them."""
     yield
-    if any(not_run.values()):
+    skipped = [str(report.longrepr) for report in terminalreporter.stats.get("skipped", [])]
+    missing = {marker: sum(reason in said for said in skipped) for marker, reason in REASONS.items()}
+    if any(missing.values()):
         terminalreporter.section("TESTS THAT DID NOT RUN", red=True, bold=True)
     for marker, why in (("gl", why_no_gl), ("osmesa", why_no_osmesa), ("browser", why_no_browser)):
-        if not_run[marker]:
-            terminalreporter.line(f"{len(not_run[marker])} tests did not run. {why()}", red=True)
+        if missing[marker]:
+            terminalreporter.line(f"{missing[marker]} tests did not run. {why()}", red=True)

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 import somatopy._jit as under_test
-from somatopy._jit import jit, jit_inlined
+from somatopy._jit import jit, jit_inlined, source_digest
 
 PACKAGE = Path(under_test.__file__).parent
 
@@ -219,9 +219,9 @@ def kernels(tree: ast.Module) -> Iterator[ast.FunctionDef]:
             yield node
 
 
-def test_whatever_kernels_take_from_other_files_is_in_the_digest() -> None:
-    """A kernel's body uses only names from files with kernels: a constant from another file could go stale unseen."""
-    unseen = []
+def test_whatever_kernels_take_from_other_files_is_in_the_digest(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An edit in any file from which a kernel's body takes a name changes the digest: nothing goes stale unseen."""
+    taken = set()
     for file in PACKAGE.rglob("*.py"):
         tree = ast.parse(file.read_text(encoding="utf-8"))
         used = {
@@ -234,7 +234,12 @@ def test_whatever_kernels_take_from_other_files_is_in_the_digest() -> None:
         for node in ast.walk(tree):
             if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("somatopy."):
                 source = PACKAGE.joinpath(*str(node.module).split(".")[1:]).with_suffix(".py")
-                names = used & {alias.asname or alias.name for alias in node.names}
-                if names and not (source.is_file() and "@jit" in source.read_text(encoding="utf-8")):
-                    unseen.append(f"{file.relative_to(PACKAGE)}: {sorted(names)} of {node.module}")
-    assert unseen == []
+                if used & {alias.asname or alias.name for alias in node.names}:
+                    assert source.is_file(), f"{file} takes a name for its kernels from a package"
+                    taken.add(source)
+    before, read = source_digest(), Path.read_bytes
+    assert len(taken) > 3
+    for source in taken:
+        edited = lambda path, source=source: read(path) + b"#" * (path == source)  # noqa: E731
+        monkeypatch.setattr(Path, "read_bytes", edited)
+        assert source_digest() != before, f"{source} is not in the digest"

@@ -2,8 +2,14 @@
 
 from __future__ import annotations
 
+import os
+import shutil
+import signal
 import subprocess
 import sys
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -12,11 +18,14 @@ import pytest
 
 import somatopy
 from somatopy.analysis.runs import Run
-from somatopy.api import fork, reopen, resume
-from somatopy.experiment import Description, DescriptionError, Experiment, loop, recorder
-from somatopy.experiment.checkpoint import FILE, locked
-from somatopy.experiment.recorder import prepare_folder
+from somatopy.api import Interrupted, begin, finish, fork, play, reopen, resume
+from somatopy.bodies import MujocoBody
+from somatopy.experiment import Description, DescriptionError, RunFolder, Session, provenance, recorder, run_folder
+from somatopy.experiment.checkpoint import read_checkpoint, write_checkpoint
+from somatopy.experiment.run_folder import CHECKPOINT
+from somatopy.interventions import JointOffset
 from somatopy.learners import FixedGaze, NearestGaze
+from somatopy.percept import Robot
 
 TABLE = {
     "name": "tiny",
@@ -82,7 +91,7 @@ def test_run_refuses_a_used_folder(tiny: Description, tmp_path: Path) -> None:
 
 def test_run_refuses_a_description_that_does_not_fit_before_it_writes(tiny: Description, tmp_path: Path) -> None:
     """No folder appears for an experiment that cannot be run."""
-    with pytest.raises(DescriptionError, match=r"babbling.range 'wide'"):
+    with pytest.raises(DescriptionError, match=r"babbling: range 'wide' is unknown"):
         somatopy.run(tiny.replaced(babbling={"range": "wide"}), tmp_path / "out")
     assert not (tmp_path / "out").exists()
 
@@ -93,7 +102,7 @@ def test_run_refuses_a_description_that_does_not_fit_before_it_writes(tiny: Desc
 @pytest.fixture
 def small_parts(monkeypatch: pytest.MonkeyPatch) -> None:
     """Parts and windows of 40 frames instead of 4,500."""
-    for module in (loop, recorder):
+    for module in (run_folder, recorder):
         monkeypatch.setattr(module, "PART_FRAMES", 40)
 
 
@@ -105,7 +114,10 @@ def contents(run: Run | Path) -> dict[str, bytes]:
 
 
 def interrupted(description: Description, folder: Path, frame: int, **own: Any) -> Path:
-    Experiment(description, **own).run(prepare_folder(folder, description), lambda running: running.done == frame)
+    with begin(description, folder, **own) as (session, opened), opened.recording(session):
+        for _ in session:
+            if session.done == frame:
+                break
     return folder
 
 
@@ -121,11 +133,27 @@ def test_resume_ends_as_run_does(tiny: Description, tmp_path: Path) -> None:
 
 
 def test_reopen_stands_where_the_run_stood(tiny: Description, tmp_path: Path) -> None:
-    """At the checkpoint, or at the beginning if there is none."""
+    """At the checkpoint; playing on from there and finishing is what `resume` does."""
     folder = interrupted(tiny, tmp_path / "run", 17)
-    assert reopen(folder).done == 17
-    (folder / FILE).unlink()
-    assert reopen(folder).done == 0
+    with reopen(folder) as (session, opened, since):
+        assert (session.done, opened.path) == (17, folder)
+        play(session, opened, since, progress=False)
+        assert finish(session, folder).summary is not None
+    assert contents(folder) == contents(somatopy.run(tiny, tmp_path / "whole"))
+
+
+def test_without_a_checkpoint_nobody_goes_on(tiny: Description, tmp_path: Path) -> None:
+    """Neither from zero nor from elsewhere: the message says what lacks, and no byte of the folder changes."""
+    folder = interrupted(tiny, tmp_path / "run", 17)
+    (folder / CHECKPOINT).unlink()
+    before = everything(folder)
+    with pytest.raises(DescriptionError, match=rf"{folder} has no {CHECKPOINT}.*nothing was changed"):
+        resume(folder)
+    assert everything(folder) == before
+
+
+def everything(folder: Path) -> dict[Path, bytes]:
+    return {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
 def test_what_cannot_be_resumed(tiny: Description, tmp_path: Path) -> None:
@@ -133,25 +161,157 @@ def test_what_cannot_be_resumed(tiny: Description, tmp_path: Path) -> None:
     with pytest.raises(DescriptionError, match="No such file"):
         resume(tmp_path / "none")
     folder = interrupted(tiny, tmp_path / "run", 17)
-    with locked(folder), pytest.raises(DescriptionError, match="Another process"):
+    with (
+        reopen(folder) as (session, opened, since),
+        opened.recording(session, since),
+        pytest.raises(DescriptionError, match="Another process"),
+    ):
         resume(folder)
-    (folder / FILE).write_bytes(b"")
+    (folder / CHECKPOINT).write_bytes(b"")
     with pytest.raises(DescriptionError, match="no checkpoint that can be read"):
         resume(folder)
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "keys"),
+    [
+        ("seed = 0", "seed = 1", ["seed"]),
+        ("elasticity = 0.1", "elasticity = 0.2", ["learner.arm_map.elasticity", "learner.head_map.elasticity"]),
+        ("frames = 30", "frames = 31", ["phases.0.frames"]),
+        ('kind = "uniform"', 'kind = "uniform"\nrange = "confined"', ["babbling.range"]),
+        ('motion = "kinematic"', 'motion = "dynamic"', ["body.motion"]),
+    ],
+)
+def test_an_edited_description_is_refused(
+    tiny: Description, tmp_path: Path, before: str, after: str, keys: list[str]
+) -> None:
+    """By resume, with the keys that were edited and no others; the run goes on once they are put back."""
+    described = tiny.replaced(learner=tiny.learner.replaced(arm_map=SMALL, head_map=SMALL))
+    folder = interrupted(described, tmp_path / "run", 17)
+    file = folder / "experiment.toml"
+    text = file.read_text().replace('range = "mechanical"\n', "")
+    assert before in text
+    file.write_text(text.replace(before, after))
+    differ = "differs" if len(keys) == 1 else "differ"
+    with pytest.raises(DescriptionError, match=f"is not what this run began with: {', '.join(keys)} {differ}\\."):
+        resume(folder)
+    file.write_text(text)
+    assert resume(folder).frames(["frame"]).num_rows == 30
+
+
+SMALL = {"kind": "dsom", "shape": (5, 5), "learning_rate": 0.1, "elasticity": 0.1}
+
+
+def test_other_versions_go_on_only_when_told_to(
+    tiny: Description, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What differs is named; told `anyway`, the folder names both, in the order in which they wrote it."""
+    folder = interrupted(tiny, tmp_path / "run", 10)
+    old = (folder / "experiment.toml").read_text()
+    real = provenance.versions()
+    monkeypatch.setattr(run_folder, "versions", lambda: real | {"numpy": "9.9"})
+    with pytest.raises(DescriptionError, match=r"another version.*: versions.numpy differs.*--anyway \(anyway=True"):
+        resume(folder)
+    assert (folder / "experiment.toml").read_text() == old
+    for frame in (17, 24):
+        with reopen(folder, anyway=frame == 17) as (session, opened, since), opened.recording(session, since):
+            next(frame_ for frame_ in session if session.done == frame)
+    monkeypatch.setattr(run_folder, "versions", lambda: real | {"numba": "8.8"})
+    run = resume(folder, anyway=True)
+    assert (folder / "experiment.toml").read_text().startswith(old.rstrip())
+    assert run.description["versions"] == real
+    later = run.description["resumed"]
+    assert [(entry["frame"], entry["versions"]["numpy"], entry["versions"]["numba"]) for entry in later] == [
+        (10, "9.9", real["numba"]),
+        (24, real["numpy"], "8.8"),
+    ]
+    assert somatopy.load_description(folder / "experiment.toml") == tiny
+
+
+def test_other_code_is_another_version(tiny: Description, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A part of one's own whose file was edited; a comment in it is no other code."""
+    monkeypatch.syspath_prepend(tmp_path)
+    file = tmp_path / "gaze_of_mine.py"
+    file.write_text(
+        "from somatopy.learners import FixedGaze\n\ndef far(robot, rng):\n    return Mine([0.3, 0.1])\n\n"
+        "class Mine(FixedGaze):\n    pass\n"
+    )
+    folder = interrupted(tiny.replaced(learner="gaze_of_mine:far"), tmp_path / "run", 10)
+    file.write_text(file.read_text() + "# a word\n")
+    with reopen(folder) as (session, _, _):
+        assert session.done == 10
+    file.write_text(file.read_text() + "OTHER = 1\n")
+    with pytest.raises(DescriptionError, match=r"written_by.code|code differ"):
+        resume(folder)
+    assert resume(folder, anyway=True).description["resumed"][0]["frame"] == 10
+
+
+def test_a_folder_of_an_older_format_is_refused_in_one_sentence(tiny: Description, tmp_path: Path) -> None:
+    """By resume, fork, evaluate, report and as a description; nothing in it changes."""
+    from somatopy.analysis.runs import RunFolderError
+    from somatopy.cli.report import illustrate
+    from somatopy.experiment.evaluate import evaluate
+
+    folder = somatopy.run(tiny, tmp_path / "run", progress=False).path
+    file = folder / "experiment.toml"
+    file.write_text(file.read_text().replace("format = 2\n", ""))
+    before = everything(folder)
+    for refused in (
+        lambda: resume(folder),
+        lambda: fork(folder, tiny),
+        lambda: evaluate(folder, 3),
+        lambda: somatopy.load_description(file),
+        lambda: illustrate(folder),
+    ):
+        with pytest.raises((DescriptionError, RunFolderError), match="format") as caught:
+            refused()
+        message = str(caught.value)
+        assert str(folder) in message and message.count(". ") == 0 and message.endswith(".")
+    assert everything(folder) == before
+
+
+def test_package_metadata_is_not_needed(tiny: Description, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """From a source tree somatopy is not installed: the run folder says so, and the run goes on."""
+
+    def missing(name: str) -> str:
+        raise provenance.PackageNotFoundError(name)
+
+    monkeypatch.setattr(provenance, "version", missing)
+    run = somatopy.run(tiny, tmp_path / "run", progress=False)
+    assert set(run.description["versions"].values()) == {"not installed"}
+    assert resume(run.path).summary == run.summary
+
+
+def test_runs_that_begin_in_one_second_have_folders_of_their_own(
+    tiny: Description, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Four of the same name and seed at once."""
+    monkeypatch.chdir(tmp_path)
+    with ThreadPoolExecutor(4) as pool:
+        folders = list(pool.map(lambda _: RunFolder.new(None, tiny).path, range(4)))
+    assert len({*folders}) == 4 and all(folder.is_dir() for folder in folders)
+    assert all(folder.parent == Path("runs") and "_tiny_seed0" in folder.name for folder in folders)
 
 
 @pytest.mark.usefixtures("small_parts")
 def test_a_learner_of_your_own_is_resumed_with_it(tiny: Description, tmp_path: Path) -> None:
     """Whoever began with one must bring it again; then the end is the same."""
 
-    def mine(arm: np.ndarray, head: np.ndarray, image: tuple[int, int], rng: np.random.Generator) -> NearestGaze:
-        return NearestGaze(arm, head, rng)
+    def mine(robot: Robot, rng: np.random.Generator) -> NearestGaze:
+        return NearestGaze(robot, rng)
+
+    def other(robot: Robot, rng: np.random.Generator) -> NearestGaze:
+        return NearestGaze(robot, rng)
 
     description = tiny.replaced(phases=[{"frames": 100}])
     expected = contents(somatopy.run(description, tmp_path / "whole", learner=mine))
     folder = interrupted(description, tmp_path / "broken", 57, learner=mine)
-    with pytest.raises(DescriptionError, match="mine' is not somatopy's own"):
+    with pytest.raises(
+        DescriptionError, match=r"mine' was handed over .* cannot be imported; hand it over again: learner="
+    ):
         resume(folder)
+    with pytest.raises(DescriptionError, match=r"began with the learner '.*mine'; '.*other' was handed over"):
+        resume(folder, learner=other)
     assert len(contents(resume(folder, learner=mine))) == 4
     assert contents(folder) == expected
 
@@ -196,8 +356,6 @@ def test_a_fork_can_be_forked_and_resumed(tiny: Description, tmp_path: Path, tra
     assert contents(resume(forked.path)) == expected
     for phase in (0, 1):
         assert contents(fork(forked.path, description, phase, tmp_path / f"again {phase}")) == expected
-    (forked.path / FILE).unlink()
-    assert contents(resume(forked.path)) == expected
 
 
 def test_a_description_that_differs_before_the_fork_is_refused(
@@ -243,7 +401,7 @@ def test_a_fork_needs_a_run_and_an_empty_folder(tiny: Description, tmp_path: Pat
 
 
 def test_a_learner_of_your_own_may_stand_in_any_experiment(tiny: Description, tmp_path: Path) -> None:
-    """It gets limits, image size and a generator; its name is in the run folder."""
+    """It gets a robot, which has limits and image size, and a generator; its name is in the run folder."""
     given: list[Any] = []
 
     def mine(*args: Any) -> FixedGaze:
@@ -251,8 +409,209 @@ def test_a_learner_of_your_own_may_stand_in_any_experiment(tiny: Description, tm
         return FixedGaze([0.3, 0.1])
 
     run = somatopy.run(tiny, tmp_path / "out", learner=mine)
-    ((arm, head, image, rng),) = given
-    assert arm.shape == (4, 2) and head.shape == (2, 2) and image == (320, 240)
+    ((robot, rng),) = given
+    assert robot.arm.limits.shape == (4, 2) and robot.head.limits.shape == (2, 2)
+    assert (robot.camera.width, robot.camera.height) == (320, 240) and robot.moves == ("head",)
     assert isinstance(rng, np.random.Generator)
-    assert run.description["learner"]["kind"] == "own" and run.description["learner"]["name"].endswith("mine")
-    assert run.summary is not None and run.summary["learner"] == "own"
+    assert run.description["learner"]["kind"].endswith("mine")
+    assert run.summary is not None and run.summary["learner"].endswith("mine")
+
+
+# -- stopping --------------------------------------------------------------------------------------------------------
+
+SIGNALS = (signal.SIGINT, signal.SIGTERM)
+TWO = [{"name": "a", "frames": 60}, {"name": "b", "frames": 40}]
+
+
+@pytest.fixture
+def stoppable(tiny: Description) -> Description:
+    return tiny.replaced(learner={"kind": "fixed", "head": [0.6, 0.3]}, phases=TWO)
+
+
+def signalling(number: int, frame: int) -> Callable[[Robot, np.random.Generator], FixedGaze]:
+    """A learner that sends a signal to this process in the middle of a frame."""
+
+    class Signalling(FixedGaze):
+        seen = 0
+
+        def observe(self, percept: object) -> None:
+            if self.seen == frame:
+                os.kill(os.getpid(), number)
+            self.seen += 1
+
+        def gaze(self, percept: Any) -> np.ndarray:
+            return np.array([0.6, 0.3])
+
+    return lambda robot, rng: Signalling([0.6, 0.3])
+
+
+@pytest.mark.parametrize("number", SIGNALS)
+@pytest.mark.parametrize("frame", [0, 30, 59, 60])
+def test_a_signal_ends_the_run_after_the_frame(stoppable: Description, tmp_path: Path, number: int, frame: int) -> None:
+    """The frame under way is finished and in the checkpoint, and the exception says how to go on."""
+    folder = tmp_path / "a folder"
+    with pytest.raises(Interrupted) as caught:
+        somatopy.run(stoppable, folder, progress=False, learner=signalling(number, frame))
+    done = frame + 1
+    assert read_checkpoint(folder / CHECKPOINT)["session"]["done"] == done
+    assert somatopy.load_run(folder).frames(["frame"])["frame"].to_pylist() == list(range(done))
+    frames = f"{done} frame{'s' if done > 1 else ''}"
+    assert str(caught.value) == f"Interrupted after {frames}. Go on with: somatopy resume '{folder}'"
+    assert isinstance(caught.value, KeyboardInterrupt)
+    again = resume(folder, progress=False, learner=signalling(number, -1))
+    assert again.frames(["frame"]).num_rows == 100
+
+
+def test_a_resumed_run_can_be_interrupted_again(stoppable: Description, tmp_path: Path) -> None:
+    """With the same exception."""
+    folder = interrupted(stoppable, tmp_path / "run", 20, learner=signalling(signal.SIGINT, -1))
+    with pytest.raises(Interrupted, match="Interrupted after 31 frames"):
+        resume(folder, progress=False, learner=signalling(signal.SIGINT, 10))
+
+
+def test_a_signal_in_the_last_frame_comes_too_late(stoppable: Description, tmp_path: Path) -> None:
+    """The run has ended and is not called interrupted."""
+    run = somatopy.run(stoppable, tmp_path / "run", learner=signalling(signal.SIGINT, 99))
+    assert run.summary is not None and run.frames(["frame"]).num_rows == 100
+
+
+@pytest.mark.parametrize("frame", [-1, 5])
+def test_signals_mean_afterwards_what_they_meant_before(stoppable: Description, tmp_path: Path, frame: int) -> None:
+    """Whether the run ended or was stopped."""
+    before = [signal.getsignal(number) for number in SIGNALS]
+    with pytest.raises(Interrupted) if frame >= 0 else nullcontext():
+        somatopy.run(stoppable, tmp_path / "run", learner=signalling(signal.SIGTERM, frame))
+    assert [signal.getsignal(number) for number in SIGNALS] == before
+
+
+def test_off_the_main_thread_a_run_asks_for_no_signals(stoppable: Description, tmp_path: Path) -> None:
+    """Only the main thread may; elsewhere a run ends as it does there, progress shown or not."""
+    before = [signal.getsignal(number) for number in SIGNALS]
+    with ThreadPoolExecutor(1) as pool:
+        for progress in (True, False):
+            run = pool.submit(somatopy.run, stoppable, tmp_path / f"run {progress}", progress=progress).result()
+            assert run.summary is not None
+    assert [signal.getsignal(number) for number in SIGNALS] == before
+
+
+def test_interrupted_in_the_analysis_it_says_how_to_go_on(
+    stoppable: Description, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """All frames are there; resume makes what lacks."""
+
+    def interrupting(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr("somatopy.api.ceiling", interrupting)
+        with pytest.raises(Interrupted, match=f"after the last frame. Go on with: somatopy resume {tmp_path / 'run'}"):
+            somatopy.run(stoppable, tmp_path / "run")
+    assert resume(tmp_path / "run").ceiling is not None
+
+
+@pytest.mark.parametrize("progress", [True, False])
+def test_progress_is_shown_unless_it_is_switched_off(
+    stoppable: Description, tmp_path: Path, capsys: pytest.CaptureFixture[str], progress: bool
+) -> None:
+    """By run, resume and fork, on standard error; standard output is left alone."""
+    options = {} if progress else {"progress": False}
+    for act in (
+        lambda: somatopy.run(stoppable, tmp_path / "run", **options),
+        lambda: resume(interrupted(stoppable, tmp_path / "half", 20), **options),
+        lambda: fork(tmp_path / "run", stoppable, out=tmp_path / "fork", **options),
+    ):
+        act()
+        out, err = capsys.readouterr()
+        assert out == "" and ("frames/s" in err if progress else err == "")
+
+
+# -- the body is let go ----------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def open_bodies(monkeypatch: pytest.MonkeyPatch) -> list[MujocoBody]:
+    """Bodies that were made and not closed."""
+    found: list[MujocoBody] = []
+    make, close = MujocoBody.__init__, MujocoBody.close
+
+    def making(self: MujocoBody, *args: Any, **options: Any) -> None:
+        make(self, *args, **options)
+        found.append(self)
+
+    def closing(self: MujocoBody) -> None:
+        close(self)
+        found[:] = [body for body in found if body is not self]
+
+    monkeypatch.setattr(MujocoBody, "__init__", making)
+    monkeypatch.setattr(MujocoBody, "close", closing)
+    return found
+
+
+def test_bodies_are_closed_after_run_resume_and_fork(
+    tiny: Description, tmp_path: Path, open_bodies: list[MujocoBody]
+) -> None:
+    """All of them."""
+    run = somatopy.run(tiny, tmp_path / "run")
+    resume(run.path)
+    fork(run.path, tiny, out=tmp_path / "fork")
+    assert open_bodies == []
+
+
+def test_bodies_are_closed_on_an_error(
+    tiny: Description, tmp_path: Path, trained: Path, open_bodies: list[MujocoBody]
+) -> None:
+    """By fork where the phase has not ended or the folder is used, by resume and reopen where nothing fits."""
+    other = tiny.replaced(phases=[FIRST, {"name": "b", "frames": 1}])
+    for call in (
+        lambda: fork(trained, other, 1),
+        lambda: fork(trained, other, out=trained),
+        lambda: fork(trained, other.replaced(seed=3)),
+        lambda: somatopy.run(tiny, trained),
+        lambda: resume(mangled(trained, tmp_path / "mangled")),
+        lambda: somatopy.run(tiny.replaced(eye="fiducial", babbling={"range": "wide"}), tmp_path / "new"),
+    ):
+        with pytest.raises(DescriptionError):
+            call()
+        assert open_bodies == []
+
+
+def mangled(folder: Path, copy: Path) -> Path:
+    """A copy of a run folder whose checkpoint lacks what the learner knew."""
+    shutil.copytree(folder, copy)
+    state = read_checkpoint(folder / CHECKPOINT)
+    del state["session"]["learner"]
+    write_checkpoint(copy / CHECKPOINT, state)
+    return copy
+
+
+# -- phases of 0 frames ----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("before", "phase"), [([0, 90], 0), ([90, 0], 1), ([90, 0, 0], 2), ([0, 0], 1)])
+def test_a_phase_of_0_frames_has_ended(
+    tiny: Description, tmp_path: Path, small_parts: None, before: list[int], phase: int
+) -> None:
+    """A fork may begin there, with any interventions behind it, and has the bytes of the whole experiment."""
+    shared = [{"name": f"shared {k}", "frames": frames} for k, frames in enumerate(before)]
+    old = [*shared[: phase + 1], {"name": "old", "frames": 60, "plastic": ["links"]}]
+    new = [*shared[: phase + 1], {"name": "new", "frames": 70, "damage": "offset", "interventions": ["offset"]}]
+    source = somatopy.run(tiny.replaced(phases=old), tmp_path / "old")
+    forked = fork(source.path, tiny.replaced(phases=new), phase, tmp_path / "forked")
+    assert contents(forked) == contents(somatopy.run(tiny.replaced(phases=new), tmp_path / "whole"))
+
+
+def test_interventions_of_your_own_are_handed_over(tiny: Description, tmp_path: Path) -> None:
+    """By the name of their phase, beside the description's, and again to whoever goes on."""
+
+    def shifted() -> JointOffset:
+        return JointOffset([0.1, 0.0, 0.0, 0.0])
+
+    own = {"interventions": {"intact": [shifted]}}
+    folder = interrupted(tiny, tmp_path / "run", 10, **own)
+    with pytest.raises(DescriptionError, match="hand it over again: intervention="):
+        resume(folder)
+    run = resume(folder, **own)
+    sensed, perceived = run.postures("arm"), run.postures("arm", "percept")
+    assert np.allclose(perceived - sensed, [0.1, 0, 0, 0]) and len(sensed) == 30
+    with pytest.raises(DescriptionError, match="there is no phase 'damaged'; phases: intact"):
+        Session(tiny, interventions={"damaged": [shifted]})

@@ -6,8 +6,9 @@ The names here are what most users need; they are imported when first used:
 - `paper()` describes the paper's experiment, `Description` any other, `load_description(path)` reads one from TOML;
 - `DSOM` is the self-organising map, `HebbianLinks` the table that joins two, `HebbianLearner` the paper's learner;
 - `MujocoBody` is a simulated robot, `FiducialEye` finds the marker on its hand;
-- `check_learner`, `check_rule`, `check_body`, `check_eye`, `check_babbler` and `check_damage` try the laws of each
-  kind on an implementation of yours, and raise a `ContractError` that names the broken one.
+- `Session(description)` is an experiment apart from any file: iterate it, frame by frame;
+- `check_learner`, `check_rule`, `check_body`, `check_eye`, `check_babbler`, `check_intervention` and `check_map` try
+  the laws of each kind on an implementation of yours, and raise a `ContractError` that names the broken one.
 """
 
 from __future__ import annotations
@@ -21,8 +22,9 @@ if TYPE_CHECKING:
     from somatopy.babbling import check_babbler
     from somatopy.bodies import MujocoBody, check_body
     from somatopy.contract import ContractError
-    from somatopy.experiment import Description, check_damage, load_description, paper
+    from somatopy.experiment import Description, Session, load_description, paper
     from somatopy.eyes import FiducialEye, check_eye
+    from somatopy.interventions import check_intervention
     from somatopy.learners import HebbianLearner, check_learner
     from somatopy.links import HebbianLinks, check_rule
     from somatopy.maps import (
@@ -49,10 +51,11 @@ __all__ = [
     "HebbianLinks",
     "MujocoBody",
     "NeuralGas",
+    "Session",
     "check_babbler",
     "check_body",
-    "check_damage",
     "check_eye",
+    "check_intervention",
     "check_learner",
     "check_map",
     "check_rule",
@@ -82,7 +85,8 @@ _HOMES = {
     "load_map": "maps",
     "check_babbler": "babbling",
     "check_body": "bodies",
-    "check_damage": "experiment",
+    "check_intervention": "interventions",
+    "Session": "experiment",
     "check_eye": "eyes",
     "check_learner": "learners",
     "check_rule": "links",

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import hashlib
 import pickle
+import re
 import shutil
 from collections.abc import Callable
 from contextlib import suppress
@@ -111,12 +112,17 @@ class KernelFiles(IndexDataCacheFile):
 
 
 def source_digest() -> str:
-    """A digest of all sources of somatopy that hold compiled kernels, as they are now."""
+    """A digest of all sources of somatopy that hold compiled kernels, or what these import, as they are now."""
     package, digest = Path(__file__).parent, hashlib.sha256()
-    for file in sorted(package.rglob("*.py")):
-        text = file.read_bytes()
-        if b"@jit" in text:
-            digest.update(str(file.relative_to(package)).encode() + b"\0" + text + b"\0")
+    texts = {file: file.read_bytes() for file in package.rglob("*.py")}
+    kernels = [file for file, text in texts.items() if b"@jit" in text]
+    imported = {
+        package.joinpath(*name.decode().split(".")).with_suffix(".py")
+        for file in kernels
+        for name in re.findall(rb"^from somatopy\.([\w.]+) import", texts[file], re.MULTILINE)
+    }
+    for file in sorted({*kernels, *(imported & texts.keys())}):
+        digest.update(str(file.relative_to(package)).encode() + b"\0" + texts[file] + b"\0")
     return digest.hexdigest()[:16]
 
 

@@ -2,33 +2,45 @@
 
 from __future__ import annotations
 
+import shlex
 import shutil
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
+from types import FrameType
 from typing import Any
 
 import numpy as np
-import pyarrow.compute as pc
 
 from somatopy.analysis import load_run
 from somatopy.analysis.runs import Run
 from somatopy.analysis.summary import write_summary
-from somatopy.experiment import Description, DescriptionError, Experiment, load_description
+from somatopy.contract import Modelled, Twin
+from somatopy.experiment import Description, DescriptionError, RunFolder, Session
 from somatopy.experiment.ceiling import ceiling
-from somatopy.experiment.checkpoint import FILE
-from somatopy.experiment.loop import MakeLearner
-from somatopy.experiment.recorder import prepare_folder, write_json
-from somatopy.percept import Floats
+from somatopy.experiment.progress import ProgressBar
+from somatopy.experiment.run_folder import CHECKPOINT, write_json
 
-__all__ = ["finish", "fork", "reopen", "resume", "run"]
+__all__ = ["Interrupted", "begin", "finish", "fork", "play", "reopen", "resume", "run"]
+
+#: Parts of your own, as `Session` takes them: body, eye, babbler, learner, interventions.
+Parts = Any
 
 
-def run(description: Description, out: str | Path | None = None, learner: MakeLearner | None = None) -> Run:
+class Interrupted(KeyboardInterrupt):
+    """Somebody stopped the run; the message says how to go on."""
+
+
+def run(description: Description, out: str | Path | None = None, *, progress: bool = True, **parts: Parts) -> Run:
     """Run an experiment, then the analysis.
 
     Args:
         description: what to run.
         out: the run folder, new or empty; runs/<time>_<name>_seed<k> if None.
-        learner: makes a learner of your own, see `Experiment`; the description's if None.
+        progress: whether to show how far it is, on standard error.
+        parts: `body`, `eye`, `babbler`, `learner`, `interventions` of your own, as `Session` takes them.
 
     Returns:
         The run folder, opened, with its summary.
@@ -37,27 +49,30 @@ def run(description: Description, out: str | Path | None = None, learner: MakeLe
         DescriptionError: the description does not fit the robot, or the folder cannot be used; nothing has run then.
         BodyError: the robot's model or anatomy does not fit.
         NoGL: the eye needs pictures and no OpenGL works here.
+        Interrupted: on Ctrl-C or SIGTERM, with a checkpoint written.
     """
-    experiment = Experiment(description, learner)
-    folder = prepare_folder(out, description)
-    experiment.run(folder)
-    return finish(experiment, folder)
+    with begin(description, out, **parts) as (session, folder):
+        play(session, folder, progress=progress)
+        return finish(session, folder.path)
 
 
-def resume(folder: str | Path, learner: MakeLearner | None = None) -> Run:
+def resume(folder: str | Path, *, progress: bool = True, anyway: bool = False, **parts: Parts) -> Run:
     """Continue an interrupted or killed run bit for bit, then the analysis; a finished run is only analysed.
 
     Args:
         folder: the run folder.
-        learner: the learner of your own that the run began with, if it did.
+        progress: whether to show how far it is, on standard error.
+        anyway: whether to go on although versions or code are others than those that wrote it.
+        parts: the parts of your own that the run began with and that cannot be imported, as `Session` takes them.
 
     Raises:
-        DescriptionError: no run folder, a broken checkpoint, or another process runs in it.
+        DescriptionError: no run folder, a broken checkpoint, one of another description, version or code, or another
+            process runs in it.
+        Interrupted: on Ctrl-C or SIGTERM, with a checkpoint written.
     """
-    folder = Path(folder)
-    experiment = reopen(folder, learner)
-    experiment.run(folder)
-    return finish(experiment, folder)
+    with reopen(folder, anyway=anyway, **parts) as (session, opened, since):
+        play(session, opened, since, progress=progress)
+        return finish(session, opened.path)
 
 
 def fork(
@@ -65,7 +80,10 @@ def fork(
     description: Description,
     phase: int = 0,
     out: str | Path | None = None,
-    learner: MakeLearner | None = None,
+    *,
+    progress: bool = True,
+    anyway: bool = False,
+    **parts: Parts,
 ) -> Run:
     """Run other phases after a phase that has ended already: one training, many continuations.
 
@@ -74,26 +92,29 @@ def fork(
         description: the new experiment; up to and including that phase it must be the old one.
         phase: the last phase to take over.
         out: the new run folder, new or empty; runs/<time>_<name>_seed<k> if None.
-        learner: the learner of your own that the run began with, if it did.
+        progress: whether to show how far it is, on standard error.
+        anyway: whether to go on although versions or code are others than those that wrote it.
+        parts: parts of your own, as `Session` takes them.
 
     Raises:
         DescriptionError: that phase has not ended, or the descriptions differ before it ends.
     """
-    folder, experiment = Path(folder), Experiment(description, learner)
-    description, old = experiment.description, load_description(folder / "experiment.toml")
-    shared = {"name": description.name, "phases": old.phases[: phase + 1]}
-    if old.model_copy(update=shared) != description.model_copy(update={"phases": description.phases[: phase + 1]}):
-        raise DescriptionError(f"The description differs from that of {folder} before the end of phase {phase}.")
-    end = folder / f"phase-{phase}.npz"
-    if not end.exists():
-        raise DescriptionError(
-            f"Phase {phase} of {folder} has not ended: there is no {end.name}. Resume that run first."
-        )
-    experiment.restore_from(end)
-    target = prepare_folder(out, description)
-    _take_over(folder, target, experiment.parts, phase)
-    experiment.run(target)
-    return finish(experiment, target)
+    source = RunFolder(folder)
+    with Session(description, **parts) as session:
+        new, old = session.description, source.description(**parts)
+        shared = {"name": new.name, "phases": old.phases[: phase + 1]}
+        if old.replaced(**shared) != new.replaced(phases=new.phases[: phase + 1]):
+            raise DescriptionError(f"The description differs from that of {folder} before the end of phase {phase}.")
+        end = f"phase-{phase}.npz"
+        if not (source.path / end).exists():
+            raise DescriptionError(
+                f"Phase {phase} of {folder} has not ended: there is no {end}. Resume that run first."
+            )
+        since = source.restore(session, end, anyway=anyway, forked=True)
+        target = RunFolder.new(out, new)
+        _take_over(source.path, target.path, since["recorder"]["parts"], phase)
+        play(session, target, since, progress=progress)
+        return finish(session, target.path)
 
 
 def _take_over(old: Path, new: Path, windows: int, phase: int) -> None:
@@ -109,34 +130,142 @@ def _take_over(old: Path, new: Path, windows: int, phase: int) -> None:
         shutil.copy2(file, copy)
 
 
-def reopen(folder: Path, learner: MakeLearner | None = None) -> Experiment:
-    """The experiment of a run folder, standing at its last checkpoint, or at its beginning if there is none.
+@contextmanager
+def begin(
+    description: Description, out: str | Path | None = None, **parts: Parts
+) -> Iterator[tuple[Session, RunFolder]]:
+    """A session and the folder for it; the session is closed when the context ends."""
+    with Session(description, **parts) as session:
+        yield session, RunFolder.new(out, session.description)
+
+
+@contextmanager
+def reopen(
+    folder: str | Path, *, anyway: bool = False, **parts: Parts
+) -> Iterator[tuple[Session, RunFolder, dict[str, Any]]]:
+    """The session of a run folder, standing at its last checkpoint, and that checkpoint; see `resume`."""
+    opened = RunFolder(folder)
+    description = opened.description(**parts)
+    opened.checkpoint()  # before a body is built, which takes longer
+    with Session(description) as session:
+        yield session, opened, opened.restore(session, anyway=anyway)
+
+
+def play(
+    session: Session,
+    folder: RunFolder,
+    since: dict[str, Any] | None = None,
+    *,
+    progress: bool = True,
+    whole: str | Path | None = None,
+) -> None:
+    """Let a session run to its end, and record it.
+
+    Ctrl-C and SIGTERM stop it between two frames; a second Ctrl-C breaks off a frame that is stuck.
+
+    Args:
+        session: what runs.
+        folder: its folder.
+        since: the checkpoint from which it goes on.
+        progress: whether to show how far it is, on standard error.
+        whole: the folder to name for going on, where this run is part of a greater whole.
 
     Raises:
-        DescriptionError: no run folder, or a broken checkpoint.
+        Interrupted: somebody stopped it; a checkpoint has been written.
     """
-    experiment = Experiment(load_description(folder / "experiment.toml"), learner)
-    if (folder / FILE).exists():
-        experiment.restore_from(folder / FILE)
-    return experiment
+    session.share_arm()
+    bar, named = ProgressBar(session) if progress else nullcontext(), Path(whole or folder.path)
+    try:
+        with _stoppable() as stopped, folder.recording(session, since), bar:
+            for _ in session:
+                if stopped():
+                    break
+    except KeyboardInterrupt:
+        raise Interrupted(_broken_off(session, folder, named)) from None
+    if session.done < session.description.frames:
+        frames = "1 frame" if session.done == 1 else f"{session.done} frames"
+        raise Interrupted(f"Interrupted after {frames}. {_go_on(named)}")
 
 
-def finish(experiment: Experiment, folder: Path) -> Run:
-    """What comes after the last frame: the ceiling of this trajectory, then the summary."""
+def _broken_off(session: Session, folder: RunFolder, named: Path) -> str:
+    """What to say where a frame was not waited for."""
+    if not (folder.path / CHECKPOINT).exists():
+        return f"Broken off in frame {session.done}, before anything was recorded."
+    if session.resumable:
+        return f"Broken off in frame {session.done}; the last checkpoint is older. {_go_on(named)}"
+    return f"Broken off in frame {session.done}. This body cannot be resumed; what was recorded is in {named}."
+
+
+def _go_on(folder: Path) -> str:
+    return f"Go on with: somatopy resume {shlex.quote(str(folder))}"
+
+
+@contextmanager
+def _stoppable() -> Iterator[Any]:
+    """Whether Ctrl-C or SIGTERM came. Only the main thread may ask for signals: in others nobody does."""
+    came: list[int] = []
+    if threading.current_thread() is not threading.main_thread():
+        yield lambda: False
+        return
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+
+    def note(number: int, frame: FrameType | None) -> None:
+        if came:
+            raise KeyboardInterrupt
+        came.append(number)
+
+    for number in before:
+        signal.signal(number, note)
+    try:
+        yield lambda: bool(came)
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def finish(session: Session, folder: Path, *, whole: str | Path | None = None) -> Run:
+    """What comes after the last frame: the ceiling of this trajectory, where the body can tell it, then the summary.
+
+    Args:
+        session: what has run.
+        folder: its folder.
+        whole: the folder to name for going on, where this run is part of a greater whole.
+
+    Raises:
+        Interrupted: on Ctrl-C; all frames are there.
+    """
     opened = load_run(folder)
-    names = [f"arm_{name}_rad" for name in experiment.body.arm.names]
-    table = opened.frames(["phase", *names])
-    arms = [
-        _matrix(table.filter(pc.equal(table["phase"], index)), names)
-        for index in range(len(experiment.description.phases))
-    ]
-    write_json(
-        folder / "ceiling.json", ceiling(experiment.body, arms, head_speed=experiment.description.body.head_speed)
-    )
-    write_summary(opened)
+    try:
+        if isinstance(session.body, Twin):
+            _write_ceiling(session, opened)
+        write_summary(opened)
+    except KeyboardInterrupt:
+        raise Interrupted(f"Interrupted after the last frame. {_go_on(Path(whole or folder))}") from None
     return opened
 
 
-def _matrix(table: Any, names: list[str]) -> Floats:
+def _write_ceiling(session: Session, opened: Run) -> None:
+    bodies = _bodies_by_phase(session)
+    try:
+        write_json(opened.path / "ceiling.json", ceiling(bodies, _arms_by_phase(opened, len(bodies))))
+    finally:
+        for body in bodies:
+            if body is not session.body:
+                body.close()
 
-    return np.column_stack([table[name].to_numpy() for name in names])
+
+def _arms_by_phase(opened: Run, phases: int) -> list[Any]:
+    arms, phase = opened.postures("arm"), opened.frames(["phase"])["phase"].to_numpy()
+    return [np.ascontiguousarray(arms[phase == index]) for index in range(phases)]
+
+
+def _bodies_by_phase(session: Session) -> list[Modelled]:
+    """The body in each phase: another one, injured, where an intervention changes what it can see."""
+    bodies: list[Any] = []
+    for index, phase in enumerate(session.description.phases):
+        if phase.frames and any(intervention.alters_ceiling for intervention in session.interventions[index]):
+            with session.holding(index):
+                bodies.append(session.body.another())  # type: ignore[attr-defined]
+        else:
+            bodies.append(session.body)
+    return bodies

@@ -1,4 +1,4 @@
-"""What passes between body, eye, damage and learner: plain frozen data, no behaviour.
+"""What passes between body, eye, interventions and learner: plain frozen data, hardly any behaviour.
 
 Angles are radians, lengths metres, times seconds, pixels are (u, v) from the centre of the top-left pixel.
 """
@@ -6,29 +6,134 @@ Angles are radians, lengths metres, times seconds, pixels are (u, v) from the ce
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from time import perf_counter
+from types import MappingProxyType
+from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 __all__ = [
     "Camera",
+    "Column",
     "Floats",
     "Image",
     "Ints",
     "JointGroup",
     "Marker",
+    "Part",
     "Percept",
+    "Picture",
     "Reading",
+    "Robot",
     "Shapes",
     "Sighting",
+    "Space",
     "View",
 ]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Image = NDArray[np.uint8]
+#: Part of a picture: left, top, right and bottom, px; right and bottom are the first column and row outside.
+Part = tuple[int, int, int, int]
+_NO_MORE: Mapping[str, Floats] = MappingProxyType({})
+
+
+@dataclass(frozen=True, eq=False)
+class Space:
+    """The values that a sense can take, in the order of its vectors.
+
+    Attributes:
+        names: one name a value, such as those of the joints.
+        lower: lower limits, shape (n,).
+        upper: upper limits, shape (n,), each above its lower one.
+        unit: unit of the values and limits.
+
+    Raises:
+        ValueError: numbers of names and limits differ, or a lower limit is not below its upper one.
+
+    Example:
+        >>> head = Space(("yaw", "pitch"), [-2.0, -0.6], [2.0, 0.5])
+        >>> len(head), head.unit, head.limits.tolist()
+        (2, 'rad', [[-2.0, 2.0], [-0.6, 0.5]])
+    """
+
+    names: tuple[str, ...]
+    lower: Floats
+    upper: Floats
+    unit: str = "rad"
+
+    def __init__(self, names: Sequence[str], lower: ArrayLike, upper: ArrayLike, unit: str = "rad") -> None:
+        low, high = np.array(lower, float), np.array(upper, float)
+        if not low.shape == high.shape == (len(names),) or not (low < high).all():
+            raise ValueError(
+                f"A space needs a lower limit below an upper one for each of its names {list(names)}; "
+                f"got {low.tolist()} and {high.tolist()}."
+            )
+        low.flags.writeable = high.flags.writeable = False
+        for name, value in (("names", tuple(names)), ("lower", low), ("upper", high), ("unit", unit)):
+            object.__setattr__(self, name, value)
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    @property
+    def limits(self) -> Floats:
+        """Low and high of each value, shape (n, 2)."""
+        return np.column_stack([self.lower, self.upper])
+
+
+@dataclass(frozen=True, eq=False)
+class Robot:
+    """What a learner is told of a robot: what it senses, what of that it moves, and the size of its pictures.
+
+    Attributes:
+        senses: the space of each sense, by name; "arm" and "head" are always there.
+        moves: names of the senses whose postures the learner commands.
+        camera: the camera behind the eye.
+
+    Example:
+        >>> arm, head = Space(("shoulder", "elbow"), [-2, 0], [2, 1.5]), Space(("pan", "tilt"), [-2, -1], [2, 1])
+        >>> robot = Robot({"arm": arm, "head": head}, ("head",), Camera("eye", 320, 240, fovy=0.83))
+        >>> robot.arm.names, robot.head.limits.tolist()
+        (('shoulder', 'elbow'), [[-2.0, 2.0], [-1.0, 1.0]])
+    """
+
+    senses: Mapping[str, Space]
+    moves: tuple[str, ...]
+    camera: Camera
+
+    @property
+    def arm(self) -> Space:
+        """The arm's postures."""
+        return self.senses["arm"]
+
+    @property
+    def head(self) -> Space:
+        """The head's postures."""
+        return self.senses["head"]
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of the record of frames.
+
+    Attributes:
+        name: its name; two of one run may not have the same.
+        type: what its values are.
+        meaning: what they mean, with unit, and what stands for a missing value.
+        unit: their unit, as a symbol; "" for pure numbers.
+        role: what kind of thing it is: "clock", "sensed", "command", "percept", "sighting", "body", "probe".
+    """
+
+    name: str
+    type: Literal["float", "int", "bool"]
+    meaning: str
+    unit: str = ""
+    role: str = "probe"
 
 
 @dataclass(frozen=True)
@@ -49,6 +154,11 @@ class JointGroup:
 
     def __len__(self) -> int:
         return len(self.names)
+
+    @property
+    def space(self) -> Space:
+        """The group's postures, as a learner is told of them."""
+        return Space(self.names, self.lower, self.upper)
 
 
 @dataclass(frozen=True)
@@ -138,6 +248,59 @@ class View:
         return math.atan2(math.sqrt(float(across @ across)), along)
 
 
+class Picture:
+    """A picture that is drawn once, when it is first asked for, and knows how long that took.
+
+    Args:
+        draw: draws it, (height, width, 3), RGB.
+        draw_part: draws a part of it with the same pixels as in the whole; None where pictures come as a whole.
+
+    Attributes:
+        seconds: what drawing it has taken so far.
+        comes_in_parts: whether a part can be drawn alone.
+
+    Example:
+        >>> picture = Picture(lambda: np.zeros((2, 3, 3), np.uint8))
+        >>> picture().shape, picture() is picture(), picture.part(1, 0, 3, 1).shape
+        ((2, 3, 3), True, (1, 2, 3))
+    """
+
+    __slots__ = ("_draw", "_draw_part", "_drawn", "seconds")
+
+    def __init__(self, draw: Callable[[], Image], draw_part: Callable[[Part], Image] | None = None) -> None:
+        self._draw, self._draw_part = draw, draw_part
+        self._drawn: Image | None = None
+        self.seconds = 0.0
+
+    @property
+    def comes_in_parts(self) -> bool:
+        """Whether a part can be drawn alone."""
+        return self._draw_part is not None
+
+    def __call__(self) -> Image:
+        if self._drawn is None:
+            start = perf_counter()
+            self._drawn = self._draw()
+            self.seconds += perf_counter() - start
+        return self._drawn
+
+    def part(self, left: int, top: int, right: int, bottom: int) -> Image:
+        """A part of it, (bottom - top, right - left, 3): cut from the whole, or drawn alone if the whole is not drawn.
+
+        Args:
+            left: first column.
+            top: first row.
+            right: first column that is not in the part.
+            bottom: first row that is not in the part.
+        """
+        if self._draw_part is None or self._drawn is not None:
+            return self()[top:bottom, left:right]
+        start = perf_counter()
+        drawn = self._draw_part((left, top, right, bottom))
+        self.seconds += perf_counter() - start
+        return drawn
+
+
 @dataclass(frozen=True)
 class Reading:
     """What a body senses at the end of one frame.
@@ -151,7 +314,8 @@ class Reading:
         dt: measured time since the reading before, s.
         skew: age of the postures when the image was taken, s; 0 in simulation.
         overlap: whether arm and head interpenetrate (their contact is off).
-        image: renders the camera's picture, (height, width, 3), when first called; None without a camera.
+        image: gives the camera's picture, (height, width, 3); None where there is none. A `Picture` is drawn when first
+            called, and its time is then counted as drawing.
         view: the true poses, or None where no one knows them.
     """
 
@@ -184,7 +348,10 @@ class Sighting:
 
 @dataclass(frozen=True)
 class Percept:
-    """What reaches the learner: a reading's vectors after damage, and what the eye saw.
+    """What reaches the learner: a reading's vectors after interventions, and what the eye saw.
+
+    `percept["arm"]` is the vector of a sense by its name, `percept["arm_command"]` its efference copy; those of arm and
+    head are attributes as well.
 
     Attributes:
         time: seconds since reset.
@@ -194,6 +361,12 @@ class Percept:
         head_command: efference copy of the head command, shape (n_head,), rad.
         sighting: the marker, or None on a miss.
         dt: measured time since the reading before, s.
+        more: vectors of further senses, by name.
+
+    Example:
+        >>> percept = Percept(0.0, np.ones(4), np.zeros(2), np.ones(4), np.zeros(2), more={"torso": np.zeros(1)})
+        >>> percept["arm"] is percept.arm, percept["torso"].tolist()
+        (True, [0.0])
     """
 
     time: float
@@ -203,3 +376,13 @@ class Percept:
     head_command: Floats
     sighting: Sighting | None = None
     dt: float = 0.0
+    more: Mapping[str, Floats] = field(default_factory=lambda: _NO_MORE)
+
+    def __getitem__(self, sense: str) -> Floats:
+        if sense in ("arm", "head", "arm_command", "head_command"):
+            vector: Floats = getattr(self, sense)
+            return vector
+        if sense not in self.more:
+            known = ", ".join(("arm", "head", "arm_command", "head_command", *self.more))
+            raise KeyError(f"This percept has no sense {sense!r}; it has {known}.")
+        return self.more[sense]

@@ -16,9 +16,11 @@ from somatopy.analysis.runs import Run, load_run
 
 MakeRun = Callable[..., Run]
 
-HEAD = """name = "synthetic"
+HEAD = """format = 2
+name = "synthetic"
 seed = 7
 [body]
+kind = "mujoco"
 model = "nao"
 motion = "kinematic"
 [eye]
@@ -26,12 +28,17 @@ kind = "geometric"
 [learner]
 kind = "{learner}"
 """
+SCALARS = {
+    "hit": {"meaning": "whether the marker was detected", "unit": "", "role": "sighting"},
+    "gaze_error_rad": {"meaning": "angle between the optical axis and the hand", "unit": "rad", "role": "body"},
+    "arm_distance": {"meaning": "distance from arm input to winner", "unit": "1", "role": "probe"},
+    "head_distance": {"meaning": "distance from head input to winner", "unit": "1", "role": "probe"},
+}
 PHASE = """[[phases]]
 name = "phase {index}"
 frames = {frames}
 trend_breaks = {breaks}
-[phases.damage]
-kind = "{damage}"
+interventions = {interventions}
 """
 
 
@@ -47,26 +54,57 @@ def make_run(tmp_path: Path) -> MakeRun:
     return make
 
 
+def vector(
+    sense: str, joints: Sequence[str], values: Any, role: str = "sensed", unit: str = "rad"
+) -> dict[str, tuple[np.ndarray, dict[str, str]]]:
+    """Columns of a sense's vector with their metadata, as the recorder writes them; `values`: (frames, joints)."""
+    prefix = sense if role == "sensed" else f"{sense}_{role}"
+    told = {"meaning": f"{role} posture", "unit": unit, "role": role, "sense": sense}
+    return {f"{prefix}.{name}": (np.asarray(values)[:, k], told | {"label": name}) for k, name in enumerate(joints)}
+
+
+@pytest.fixture
+def vector_columns() -> Callable[..., dict[str, Any]]:
+    """`vector`."""
+    return vector
+
+
+def _table(columns: dict[str, Any]) -> pa.Table:
+    """Columns are arrays, or pairs of an array and its metadata."""
+    arrays, fields = [], []
+    for name, found in columns.items():
+        values, told = found if isinstance(found, tuple) else (found, SCALARS.get(name))
+        arrays.append(pa.array(values))
+        fields.append(pa.field(name, arrays[-1].type, metadata=told))
+    return pa.Table.from_arrays(arrays, schema=pa.schema(fields))
+
+
 def write_run(
     folder: Path,
     hits: Sequence[np.ndarray],
     *,
-    distances: dict[str, np.ndarray] | None = None,
+    distances: dict[str, Any] | None = None,
     breaks: Sequence[int] = (7,),
+    interventions: Sequence[Sequence[str]] | None = None,
     learner: str = "hebbian",
     part_frames: int = 4500,
     recorded: int | None = None,
 ) -> None:
-    """Write a run with damage from its second phase on; `recorded`: frames in finished parts (killed run)."""
+    """Write a run with damage from its second phase on, or with interventions of these kinds in each phase.
+
+    `distances`: further columns, by name; see `_table`. `recorded`: frames in finished parts (killed run).
+    """
     frames = folder / "frames"
     frames.mkdir(parents=True)
     text = HEAD.format(learner=learner)
     for index, phase in enumerate(hits):
-        damage, cuts = ("offset", list(breaks)) if index else ("none", [])
-        text += PHASE.format(index=index, frames=len(phase), breaks=cuts, damage=damage)
+        kinds = interventions[index] if interventions is not None else ["offset"] if index else []
+        done = ", ".join(f"{{kind = '{kind}'}}" for kind in kinds)
+        cuts = list(breaks) if kinds else []
+        text += PHASE.format(index=index, frames=len(phase), breaks=cuts, interventions=f"[{done}]")
     (folder / "experiment.toml").write_text(text, encoding="utf-8")
     seen = np.concatenate([*hits, np.empty(0, dtype=bool)])
-    table = pa.table(
+    table = _table(
         {
             "frame": np.arange(len(seen)),
             "phase": np.repeat(np.arange(len(hits), dtype=np.int16), [len(phase) for phase in hits]),
@@ -90,6 +128,23 @@ def hits_with_counts() -> Callable[..., np.ndarray]:
     return write_counts
 
 
+def edit(run: Run, *pairs: tuple[str, str]) -> Run:
+    """Replace texts of a run's experiment.toml, and open it again."""
+    file = run.path / "experiment.toml"
+    text = file.read_text(encoding="utf-8")
+    for old, new in pairs:
+        assert old in text
+        text = text.replace(old, new)
+    file.write_text(text, encoding="utf-8")
+    return load_run(run.path)
+
+
+@pytest.fixture
+def edited() -> Callable[..., Run]:
+    """`edit`."""
+    return edit
+
+
 ARM_JOINTS = ("ShoulderPitch", "ShoulderRoll", "ElbowYaw", "ElbowRoll")
 HEAD_JOINTS = ("HeadYaw", "HeadPitch")
 ARM_LIMITS = np.array([[-2.0, 2.0], [-0.3, 1.3], [-2.0, 2.0], [-1.5, 0.0]])
@@ -97,36 +152,43 @@ HEAD_LIMITS = np.array([[-2.0, 2.0], [-0.6, 0.5]])
 CEILING = 0.5
 
 
-def write_rich_run(folder: Path, windows: tuple[int, int] = (5, 4), seed: int = 0) -> None:
-    """A run with all that a run folder can hold: postures, maps, ceiling, controls, cost, versions."""
+def write_rich_run(folder: Path, windows: tuple[int, int] = (5, 4), seed: int = 0, idle: bool = False) -> None:
+    """A run with all that a run folder can hold: postures, maps, ceiling, controls, cost, versions.
+
+    `idle`: before, between and after the two phases stand some of 0 frames, in which this and that is done.
+    """
+    phases: tuple[int, ...] = (0, windows[0], 0, windows[1], 0) if idle else windows
+    done = (["offset"], [], ["my:Tremor", "afresh"], ["offset"], []) if idle else ([], ["offset"])
     rng = np.random.default_rng(seed)
     n = 4500 * sum(windows)
     arm = rng.uniform(*ARM_LIMITS.T, size=(n, 4))
     seen = rng.random(n) < np.where(arm[:, 0] > 0, 0.5, 0.1)
-    columns = {f"arm_{name}_rad": arm[:, k] for k, name in enumerate(ARM_JOINTS)}
-    columns |= {f"arm_command_{name}_rad": arm[:, k] for k, name in enumerate(ARM_JOINTS)}
-    columns |= {f"head_{name}_rad": rng.uniform(*HEAD_LIMITS[k], n) for k, name in enumerate(HEAD_JOINTS)}
-    columns |= {f"head_command_{name}_rad": np.zeros(n) for name in HEAD_JOINTS}
-    columns |= {"gaze_error_rad": rng.uniform(0, 1.5, n)}
+    columns: dict[str, Any] = {}
+    for role, shift in (("sensed", 0.0), ("command", 0.5), ("percept", 1.0)):
+        columns |= vector("arm", ARM_JOINTS, arm + shift, role)
+    head = rng.uniform(*HEAD_LIMITS.T, size=(n, 2))
+    columns |= vector("head", HEAD_JOINTS, head) | vector("head", HEAD_JOINTS, np.zeros((n, 2)), "command")
+    columns |= {"time_s": np.arange(n) / 15, "gaze_error_rad": rng.uniform(0, 1.5, n)}
     columns |= {f"{side}_distance": rng.uniform(0, 0.03, n) for side in ("arm", "head")}
-    split = 4500 * windows[0]
-    write_run(folder, [seen[:split], seen[split:]], distances=columns, breaks=(1,))
+    borders = np.cumsum(phases)[:-1] * 4500
+    more: Any = {"breaks": (1,), "interventions": done}
+    write_run(folder, np.split(seen, borders), distances=columns, **more)
     with (folder / "experiment.toml").open("a", encoding="utf-8") as file:
         file.write('[versions]\nsomatopy = "1.2.3"\n')
     text = (folder / "experiment.toml").read_text(encoding="utf-8")
     (folder / "experiment.toml").write_text('cite = ["A <paper> & co."]\n' + text, encoding="utf-8")
     (folder / "cost.json").write_text(json.dumps({"wall_s": 12.5, "frames": n, "frames_per_s": n / 12.5}))
-    write_ceiling(folder, windows)
+    write_ceiling(folder, phases)
     for window in range(sum(windows)):
         write_snapshot(folder / "maps" / f"window-{window:05d}.npz", 4500 * (window + 1), rng)
     for name, share in (("random", 0.05), ("frozen", 0.4)):
         hits = rng.random(n) < share
-        write_run(folder / "controls" / name, [hits[:split], hits[split:]], learner=name)
+        write_run(folder / "controls" / name, np.split(hits, borders), learner=name, **more)
 
 
 def write_ceiling(folder: Path, windows: Sequence[int]) -> None:
     """ceiling.json with the same share in every window."""
-    phases = [{"rate": CEILING, "per_window": [CEILING] * n} for n in windows]
+    phases = [{"rate": CEILING if n else None, "per_window": [CEILING] * n} for n in windows]
     reactive = {"rate": 0.45, "ceiling_rate": CEILING, "frames": 900}
     table = {"eye": "geometric", "grid": [97, 29], "every": 10, "rate": CEILING, "phases": phases, "reactive": reactive}
     (folder / "ceiling.json").write_text(json.dumps(table))
@@ -152,6 +214,39 @@ def write_snapshot(path: Path, frame: int, rng: np.random.Generator) -> None:
     )
 
 
+WHOLE = {
+    "frame": 1,
+    "arm_codebook": np.zeros((6, 4)),
+    "head_codebook": np.zeros((6, 2)),
+    "arm_shape": (2, 3),
+    "head_shape": (2, 3),
+    "arm_limits": ARM_LIMITS,
+    "head_limits": HEAD_LIMITS,
+    "link_pre": [0],
+    "link_post": [5],
+    "link_weight": [1.0],
+}
+#: What a learner of one's own may keep, under names of its own or under the paper's.
+OTHER_MAPS: dict[str, dict[str, Any]] = {
+    "names of its own": {"frame": 1, "memory": np.zeros((3, 4)), "count": 3},
+    "lattice of three axes": WHOLE | {"arm_shape": (1, 2, 3)},
+    "lattice of one axis": WHOLE | {"head_shape": (6,)},
+    "more units than the lattice has": WHOLE | {"arm_codebook": np.zeros((7, 4))},
+    "more values than the arm has joints": WHOLE | {"arm_codebook": np.zeros((6, 5)), "arm_limits": np.ones((5, 2))},
+    "limits of other joints": WHOLE | {"head_limits": ARM_LIMITS},
+    "links from nowhere": WHOLE | {"link_pre": [6]},
+    "links without weights": WHOLE | {"link_weight": [1.0, 2.0]},
+}
+
+
+@pytest.fixture(params=OTHER_MAPS)
+def other_maps(rich_copy: Run, request: pytest.FixtureRequest) -> Run:
+    """A run of a learner whose maps are not the paper's."""
+    for path in rich_copy.snapshots:
+        np.savez(path, **OTHER_MAPS[request.param])
+    return rich_copy
+
+
 @pytest.fixture(scope="session")
 def rich_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder of `rich_run`; not to be written to."""
@@ -164,6 +259,23 @@ def rich_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def rich_run(rich_folder: Path) -> Run:
     """A run of 5 and 4 windows with everything in its folder; not to be written to."""
     return load_run(rich_folder)
+
+
+@pytest.fixture
+def idle_run(tmp_path: Path) -> Run:
+    """The same frames as `rich_run`, with phases of 0 frames around."""
+    write_rich_run(tmp_path / "rich", idle=True)
+    return load_run(tmp_path / "rich")
+
+
+TWINLESS = (('kind = "mujoco"\n', 'kind = "my_lab.arms:RealArm"\n'), ('motion = "kinematic"\n', ""))
+
+
+@pytest.fixture
+def twinless_run(rich_copy: Run) -> Run:
+    """A run of a body that is not somatopy's and has no model of itself, so that there is no ceiling."""
+    (rich_copy.path / "ceiling.json").unlink()
+    return edit(rich_copy, *TWINLESS)
 
 
 @pytest.fixture

@@ -5,18 +5,22 @@ from __future__ import annotations
 import json
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from somatopy.analysis import summarise
 from somatopy.analysis.bounds import (
     ceiling_rates,
     ceiling_shares,
     efficiency,
     reactive_efficiency,
     reactive_rate,
+    why_no_ceiling,
 )
 from somatopy.analysis.runs import RunFolderError
+from somatopy.analysis.standings import standings
 
 WINDOWS = st.lists(st.tuples(st.integers(0, 4500), st.floats(0.001, 1)), max_size=40)
 
@@ -57,6 +61,27 @@ def test_a_reactive_bound_without_frames_is_none(rich_copy: Any) -> None:
     table = rich_copy.ceiling | {"reactive": {"rate": None, "ceiling_rate": None, "frames": 0}}
     (rich_copy.path / "ceiling.json").write_text(json.dumps(table))
     assert reactive_rate(rich_copy) is reactive_efficiency(rich_copy) is None
+
+
+def test_a_reactive_bound_may_be_unknown(rich_copy: Any) -> None:
+    """A ceiling without a reactive bound is a ceiling."""
+    (rich_copy.path / "ceiling.json").write_text(json.dumps(rich_copy.ceiling | {"reactive": None}))
+    assert reactive_rate(rich_copy) is reactive_efficiency(rich_copy) is None
+    assert ceiling_rates(rich_copy) == (0.5, [0.5, 0.5])
+    assert [found.name for found in standings(rich_copy)] == ["ceiling", "this run", "frozen", "random"]
+
+
+def test_why_there_is_no_ceiling(rich_run: Any, make_run: Any, edited: Any) -> None:
+    """One sentence for each reason, and none where there is one."""
+    reasons = {
+        "the run has not ended": make_run(np.ones(20), recorded=10, part_frames=5, folder="killed"),
+        "ceiling.json is missing": make_run(np.ones(20), folder="lost"),
+        "the body has no model of itself": edited(make_run(np.ones(20)), ('"mujoco"', '"my_lab.arms:RealArm"')),
+    }
+    for reason, run in reasons.items():
+        told = why_no_ceiling(run, summarise(run))
+        assert told.startswith("There is no ceiling") and reason in told and told.count(".") - ("json" in told) == 1
+    assert why_no_ceiling(rich_run, summarise(rich_run)) == ""
 
 
 @pytest.mark.parametrize("table", [{}, {"rate": 0.5}, {"rate": 0.5, "phases": [{}]}, {"rate": 1, "phases": [3]}])

@@ -136,6 +136,26 @@ def test_what_is_missing_cannot_be_told() -> None:
     assert {verdict for key, verdict in verdicts(mapless).items() if "map" in key} == {"cannot tell"}
 
 
+def test_radians_are_not_compared_with_shares_of_a_range() -> None:
+    """The claim that gives a number in [0, 1] units cannot be told, with our number and why; ratios can."""
+    told = {claim.key: finding for claim, finding in judge(summary(), {"arm": "rad", "head": "rad"})}
+    assert told["head map is fine"].verdict == "cannot tell"
+    assert told["head map is fine"].ours == "0.0140 to 0.0155 rad; the paper's are in [0, 1] units"
+    assert {finding.verdict for key, finding in told.items() if key != "head map is fine"} == {"holds"}
+    assert judge(summary(), {"arm": "1", "head": ""}) == judge(summary())
+
+
+def test_a_run_damaged_from_its_start_has_no_intact_phase() -> None:
+    """What is damaged stands beside the paper's damaged phase, whether or not a phase of no frames comes before."""
+    whole, alone, idle = summary(), summary(), summary()
+    del alone["phases"][0]
+    idle["phases"][0] |= {"frames": 0, "rate": None, "hits_per_window": [], "trends": [None]}
+    found = verdicts(alone)
+    assert found["degrades"] == found["recovers"] == found["arm map adapts"] == "holds"
+    assert found["learns"] == found["level"] == found["arm map jumps"] == "cannot tell"
+    assert verdicts(idle) == found != verdicts(whole)
+
+
 def test_verdicts_are_three() -> None:
     """Nothing else is ever said."""
     assert set(VERDICTS) == {"holds", "does not hold", "cannot tell"}

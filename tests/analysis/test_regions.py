@@ -25,18 +25,19 @@ def test_cells_hold_every_frame_and_every_miss(rich_run: Any) -> None:
 
 def test_cells_are_those_of_a_histogram(rich_run: Any) -> None:
     """NumPy counts the same, with the same edges."""
-    table = rich_run.frames(["arm_ShoulderPitch_rad", "arm_ElbowYaw_rad", "hit", "phase"])
-    pitch, yaw, hit, phase = (table[name].to_numpy() for name in table.column_names)
+    hit, phase = (rich_run.frames([name])[name].to_numpy() for name in ("hit", "phase"))
+    pitch, _, yaw, _ = rich_run.postures("arm").T
     regions = arm_regions(rich_run, cells=7)[0]
     where = (phase == 0) & ~hit
     expected = np.histogram2d(pitch[where], yaw[where], [regions.edges[0], regions.edges[2]])[0]
     np.testing.assert_array_equal(regions.misses[0, 2], expected)
 
 
-def test_angles_on_a_border_belong_to_the_cell_above(make_run: Any) -> None:
+def test_angles_on_a_border_belong_to_the_cell_above(make_run: Any, vector_columns: Any) -> None:
     """As in NumPy's histogram, where cells hold their lower border and the last one its upper one too."""
     a, b = (part.ravel() for part in np.mgrid[0.0:5.0, 0.0:5.0])
-    regions = arm_regions(make_run(np.zeros(25), distances={"arm_a_rad": a, "arm_b_rad": b}), cells=4)[0]
+    columns = vector_columns("arm", "ab", np.column_stack([a, b]))
+    regions = arm_regions(make_run(np.zeros(25), distances=columns), cells=4)[0]
     assert regions.edges.tolist() == [[0, 1, 2, 3, 4]] * 2
     assert regions.frames[0, 1].tolist() == np.outer([1, 1, 1, 2], [1, 1, 1, 2]).tolist()
 
@@ -49,12 +50,22 @@ def test_shares_show_where_the_hand_is_seen(rich_run: Any) -> None:
     assert regions.along(3) == pytest.approx([0.7] * 4, abs=0.03)
 
 
-def test_few_frames_tell_nothing(make_run: Any) -> None:
+def test_few_frames_tell_nothing(make_run: Any, vector_columns: Any) -> None:
     """Cells with fewer than two seconds are NaN, also the empty ones."""
-    columns = {"arm_a_rad": np.r_[np.zeros(FEW), 1.0], "arm_b_rad": np.zeros(FEW + 1)}
+    columns = vector_columns("arm", "ab", np.column_stack([np.r_[np.zeros(FEW), 1.0], np.zeros(FEW + 1)]))
     regions = arm_regions(make_run(np.zeros(FEW + 1), distances=columns), cells=2)[0]
     share = regions.share(0, 1)
     assert share[0, 0] == 1.0 and np.isnan(share).sum() == 3
+
+
+def test_ways_are_not_shown_as_angles(make_run: Any, vector_columns: Any) -> None:
+    """Borders come in degrees for a hinge and as they are for a slide, and the axis names the unit."""
+    values = np.column_stack([np.linspace(0, np.pi, 9), np.linspace(0, 0.2, 9)])
+    columns = vector_columns("arm", ["hinge"], values[:, :1])
+    columns |= vector_columns("arm", ["slide"], values[:, 1:], unit="m")
+    regions = arm_regions(make_run(np.zeros(9), distances=columns), cells=2)[0]
+    assert regions.borders(0) == pytest.approx([0, 90, 180]) and regions.borders(1) == pytest.approx([0, 0.1, 0.2])
+    assert (regions.axis(0), regions.axis(1)) == ("hinge (°)", "slide (m)")
 
 
 def test_runs_without_arm_postures_have_no_regions(make_run: Any) -> None:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from somatopy.analysis import summarise
 from somatopy.analysis.runs import RunFolderError, load_run
 
 
@@ -51,11 +52,26 @@ def test_negative_range_is_refused(make_run: Any) -> None:
         make_run(np.ones(3)).frames(["hit"], start=-1)
 
 
-def test_killed_run_gives_its_finished_parts(make_run: Any) -> None:
-    """A stray temporary file in frames/ is ignored, however damaged."""
+ASIDES = (".part-00004.parquet.12-0a1b2c3d.partial", "part-00004.parquet.partial", "part-00004.partial")
+
+
+@pytest.mark.parametrize("aside", ASIDES)
+def test_killed_run_gives_its_finished_parts(make_run: Any, aside: str) -> None:
+    """What a crash left aside in frames/ is ignored, however damaged, by whichever version it was written."""
     run = make_run(np.ones(100), part_frames=10, recorded=40)
-    (run.path / "frames" / "part-00004.parquet.partial").write_bytes(b"PAR1 half a part")
+    (run.path / "frames" / aside).write_bytes(b"PAR1 half a part")
     assert run.frames(["hit"]).num_rows == 40
+
+
+@pytest.mark.parametrize("aside", [".{}.12-0a1b2c3d.partial", "{}.partial"])
+def test_what_a_crash_left_aside_is_not_read(rich_copy: Any, aside: str) -> None:
+    """Half a summary, cost, ceiling or snapshot under another name changes nothing."""
+    before = rich_copy.summary, rich_copy.cost, rich_copy.ceiling, rich_copy.snapshots, list(rich_copy.controls)
+    for name in ("summary.json", "cost.json", "ceiling.json", "maps/window-00099.npz", "controls/late"):
+        path = rich_copy.path / name
+        path.with_name(aside.format(path.name)).write_bytes(b"{ half")
+    again = load_run(rich_copy.path)
+    assert (again.summary, again.cost, again.ceiling, again.snapshots, list(again.controls)) == before
 
 
 def test_run_killed_before_its_first_part(make_run: Any) -> None:
@@ -122,6 +138,60 @@ def test_unknown_column_lists_the_known(make_run: Any) -> None:
     """A column that was not recorded is named, and those that were are listed."""
     with pytest.raises(RunFolderError, match=r"has no column 'hits'. Its columns: frame, phase, hit\."):
         make_run(np.ones(3)).frames(["hits"])
+
+
+def test_postures_are_told_by_metadata_alone(make_run: Any, vector_columns: Any) -> None:
+    """Each role gives its own vector, whatever the joints are called and in whichever order the columns stand."""
+    joints = ("arm_command.x", "percept", "head.yaw_rad")
+    values = {role: np.random.default_rng(k).random((25, 3)) for k, role in enumerate(("sensed", "command", "percept"))}
+    columns: dict[str, Any] = {}
+    for role in ("percept", "command", "sensed"):
+        columns |= vector_columns("arm", joints, values[role], role)
+    columns |= vector_columns("head", ["arm"], np.zeros((25, 1)), unit="m")
+    run = make_run(np.ones(25), distances=columns, part_frames=10)
+    for role, expected in values.items():
+        np.testing.assert_array_equal(run.postures("arm", role), expected)
+        np.testing.assert_array_equal(run.postures("arm", role=role, start=7, stop=21), expected[7:21])
+        assert run.joints("arm", role) == joints and run.units("arm", role) == ("rad",) * 3
+    assert run.postures("head").shape == (25, 1) and run.joints("head") == ("arm",) and run.units("head") == ("m",)
+    assert run.postures("arm", start=99).shape == (0, 3)
+
+
+def test_units_are_those_of_the_metadata(make_run: Any) -> None:
+    """A column's unit is what it says; a column without one, and one that is not there, have none."""
+    columns = {"arm_distance": (np.ones(3), {"unit": "rad"}), "mine": np.ones(3)}
+    run = make_run(np.ones(3), distances=columns)
+    assert [run.unit(name) for name in ("arm_distance", "mine", "nowhere")] == ["rad", "", ""]
+
+
+def test_a_vector_that_was_not_recorded_is_named(rich_run: Any) -> None:
+    """Sense and role are named, and the vectors that there are; before the first part there is nothing to miss."""
+    there = r"Those it has: arm \(sensed, command, percept\), head \(sensed, command\)\.$"
+    with pytest.raises(RunFolderError, match=rf"has no sensed vector of the sense 'leg'\. {there}"):
+        rich_run.postures("leg")
+    with pytest.raises(RunFolderError, match=rf"has no percept vector of the sense 'head'\. {there}"):
+        rich_run.postures("head", "percept")
+    assert rich_run.joints("leg") == ()
+
+
+def test_postures_before_the_first_part_are_empty(make_run: Any) -> None:
+    """A run killed at once has no joints and no postures."""
+    run = make_run(np.ones(100), recorded=0)
+    assert run.postures("arm").shape == (0, 0) and run.joints("arm") == ()
+
+
+@pytest.mark.parametrize(("line", "what"), [("", "an older format"), ("format = 3\n", "format 3")])
+def test_other_formats_open_but_are_not_analysed(make_run: Any, line: str, what: str) -> None:
+    """Frames can be read; postures and summary are refused in one sentence that says what to do."""
+    run = make_run(np.ones(3))
+    text = (run.path / "experiment.toml").read_text().replace("format = 2\n", line)
+    (run.path / "experiment.toml").write_text(text + '[versions]\nsomatopy = "0.9.1"\n')
+    other = load_run(run.path)
+    assert other.frames(["hit"]).num_rows == 3
+    told = rf"was recorded in {what}, and .* reads format 2: use the version that recorded it \(0\.9\.1\), or run its"
+    for ask in (lambda: other.postures("arm"), lambda: other.joints("head"), lambda: summarise(other)):
+        with pytest.raises(RunFolderError, match=told):
+            ask()
 
 
 def test_broken_summary_is_named(make_run: Any) -> None:

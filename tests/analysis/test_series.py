@@ -44,4 +44,6 @@ def test_borders_name_what_happens(make_run: Any) -> None:
     assert window_starts(phases) == [[0, 1], [2]]
     undone = [*phases, {**phases[0], "damage": "none"}, {**phases[0], "damage": "none"}]
     assert [name for _, name in borders(undone)] == ["damage", "damage undone", "next phase"]
+    idle = {**phases[1], "frames": 0}
+    assert [name for _, name in borders([idle, phases[0], idle, phases[0], idle])] == ["next phase"]
     assert borders(summarise(make_run(np.ones(9), np.ones(9), recorded=9, folder="killed"))["phases"]) == []

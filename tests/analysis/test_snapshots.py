@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from somatopy.analysis.runs import RunFolderError
-from somatopy.analysis.snapshots import Snapshot, load_snapshot
+from somatopy.analysis.snapshots import Snapshot, load_snapshot, paper_snapshot
 
 TABLES = arrays(np.float64, (6, 5), elements=st.sampled_from([0.0, 0.0, 0.25, 0.5, 1.0]))
 
@@ -47,6 +47,20 @@ def test_snapshots_come_in_order(rich_run: Any, make_run: Any) -> None:
     frames = [load_snapshot(path).frame for path in rich_run.snapshots]
     assert frames == [4500 * k for k in range(1, 10)]
     assert make_run([True]).snapshots == ()
+
+
+def test_maps_that_are_not_the_papers_are_none(rich_run: Any, other_maps: Any) -> None:
+    """Arrays of a learner's own are told apart from the paper's, whatever they are called."""
+    assert all(paper_snapshot(other_maps, path) is None for path in other_maps.snapshots)
+    whole = paper_snapshot(rich_run, rich_run.snapshots[0])
+    assert whole is not None and whole.frame == 4500
+
+
+def test_damaged_maps_are_an_error(rich_copy: Any) -> None:
+    """They are not taken for a learner's own."""
+    rich_copy.snapshots[0].write_bytes(b"PK half")
+    with pytest.raises(RunFolderError, match=r"window-00000\.npz is damaged"):
+        paper_snapshot(rich_copy, rich_copy.snapshots[0])
 
 
 def test_damaged_files_are_named(tmp_path: Path, rich_run: Any) -> None:

@@ -40,6 +40,15 @@ def test_each_phase_has_a_bound_of_its_own(make_run: Any) -> None:
     assert own.rates == (0.2, 0.2) and own.efficiencies == pytest.approx((0.4, 0.8))
 
 
+def test_controls_are_ordered_by_the_first_phase_that_has_frames(make_run: Any) -> None:
+    """A phase of no frames before it does not matter, nor does what they score later."""
+    share = np.arange(100) % 10
+    run = make_run([], share < 4, share < 4)
+    for name, first, second in (("a", 1, 9), ("b", 3, 2), ("c", 2, 3)):
+        make_run([], share < first, share < second, folder=f"run/controls/{name}")
+    assert [found.name for found in standings(load_run(run.path))] == ["this run", "b", "c", "a"]
+
+
 def test_without_ceiling_and_controls_the_run_stands_alone(make_run: Any) -> None:
     """Rates are there, efficiencies are not; a phase without frames has neither."""
     (own,) = standings(make_run(np.arange(100) % 4 == 0, []))

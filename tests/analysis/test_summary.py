@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from somatopy.analysis import summarise
-from somatopy.analysis.runs import RunFolderError
+from somatopy.analysis.runs import RunFolderError, load_run
 from somatopy.analysis.summary import write_summary
 
 COUNTS = ["damage", "frames", "hits", "rate", "hits_per_window", "efficiency_per_window", "trends"]
@@ -30,6 +30,28 @@ def test_values_come_from_the_description(make_run: Any) -> None:
     summary = summarise(make_run(np.ones(5), np.ones(5), learner="random"))
     assert [summary[key] for key in ("seed", "eye", "motion", "learner")] == [7, "geometric", "kinematic", "random"]
     assert [phase["damage"] for phase in summary["phases"]] == ["none", "offset"]
+
+
+def test_damage_is_the_kinds_of_what_is_done(make_run: Any) -> None:
+    """In order, joined by +; freezing, renewing and shuffling what was learned is no damage."""
+    kinds = ([], ["offset"], ["plastic"], ["afresh", "offset", "shuffled", "my_lab.harm:Tremor"])
+    run = make_run(*(np.ones(5) for _ in kinds), interventions=kinds)
+    assert [phase["damage"] for phase in summarise(run)["phases"]] == [
+        "none",
+        "offset",
+        "none",
+        "offset+my_lab.harm:Tremor",
+    ]
+
+
+@pytest.mark.parametrize("broken", ["3", '["offset"]', "[{offset = 1}]"])
+def test_interventions_that_are_none_are_named(make_run: Any, broken: str) -> None:
+    """The key is named, and what should stand there."""
+    run = make_run(np.ones(5), np.ones(5))
+    text = (run.path / "experiment.toml").read_text().replace("[{kind = 'offset'}]", broken)
+    (run.path / "experiment.toml").write_text(text)
+    with pytest.raises(RunFolderError, match=r"phases\.1\.interventions in .* must be a list of tables"):
+        summarise(load_run(run.path))
 
 
 def test_hits_are_counted_per_phase(make_run: Any) -> None:

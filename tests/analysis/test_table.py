@@ -54,6 +54,17 @@ def test_the_runs_numbers_are_there(full_summary: dict[str, Any]) -> None:
     assert cells["phase 2, maps", "arm distortion: start, peak, end"] == "0.2500, 0.2500, 0.2500"
 
 
+def test_distortions_in_radians_say_so(full_summary: dict[str, Any]) -> None:
+    """Numbers carry their unit; beside the paper's number in [0, 1] units it is said that they cannot be compared."""
+    rows = {(row.part, row.quantity): row.texts()[1] for row in comparison(full_summary, {"arm": "1", "head": "rad"})}
+    quantity = "{} distortion: start, peak, end"
+    assert rows["phase 1, intact", quantity.format("arm")] == "0.2500, 0.2500, 0.2500"
+    numbers = "0.0125, 0.0125, 0.0125 rad"
+    assert rows["phase 2, maps", quantity.format("head")] == numbers
+    why = "(cannot tell: the paper's is in [0, 1] units)"
+    assert rows["phase 1, intact", quantity.format("head")] == f"{numbers} {why}"
+
+
 def test_a_short_run_says_so(make_run: Any) -> None:
     """What a run is too short for reads n/a (too short), in the same rows."""
     short = comparison(summarise(make_run(np.ones(900), np.ones(0))))

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from somatopy.bodies import BODIES, Anatomy, BodyError, MujocoBody, anatomy_path
+from somatopy.bodies import MODELS, Anatomy, BodyError, MujocoBody, anatomy_path
 
 Robot = Callable[..., Path]
 Change = tuple[str, str]
@@ -16,7 +16,7 @@ LIFT_SERVO = '<position joint="lift" kp="20" kv="1"/>'
 
 def test_known_bodies_can_be_read() -> None:
     """Every body in the list has an anatomy, whose model stands beside it."""
-    for name in BODIES:
+    for name in MODELS:
         assert Anatomy.load(anatomy_path(name)).model.is_file()
 
 
@@ -53,6 +53,10 @@ def test_every_error_of_a_description_is_a_value_error() -> None:
         (("[0.12, 0.0, 0.0]", "[0.12, 0.0]"), r"marker.position.2: Field required"),
         (("[0.12, 0.0, 0.0]", "[0.12, 0.0, inf]"), r"marker.position.2: .*finite"),
         (("[0.12, 0.0, 0.0]", "[0.12, 0.0, 0.0]\naxis = [0.0, 0.0, 0.0]"), r"marker: .*axis must not be zero"),
+        (
+            ("[camera]", "[ranges]\nnear = [[-0.5, 1.0]]\n\n[camera]"),
+            r"the range 'near' needs one .*\['lift', 'swing'\], not 1",
+        ),
         (("[arm]", "[arm"), r"is not valid TOML"),
     ],
 )
@@ -168,9 +172,10 @@ def test_physics_needs_position_servos_and_kinematics_none(robot: Robot, change:
         ({"arm_speed": 0.0}, r"arm_speed must be a positive number of rad/s, not 0.0"),
         ({"head_speed": float("nan")}, r"head_speed must be a positive number of rad/s, not nan"),
         ({"arm_speed": float("inf")}, r"arm_speed must be"),
+        ({"fovy": 180.0}, r"fovy must be between 0 and 180 degrees, not 180.0"),
     ],
 )
 def test_unfit_arguments_are_named(robot: Robot, arguments: dict[str, object], message: str) -> None:
-    """Motion and speeds."""
+    """Motion, speeds and field of view."""
     with pytest.raises(BodyError, match=message):
         MujocoBody(robot(), **arguments)  # type: ignore[arg-type]

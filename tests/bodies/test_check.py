@@ -11,14 +11,21 @@ import numpy as np
 import pytest
 
 from somatopy.bodies import MujocoBody, check_body
-from somatopy.contract import ContractError
-from somatopy.percept import Camera, JointGroup, Marker, Reading, View
+from somatopy.contract import ContractError, Resumable, Twin
+from somatopy.percept import Camera, JointGroup, Marker, Reading, Shapes, View
+
+
+def stretched(body: MujocoBody) -> None:
+    """An injury: the forearm is longer."""
+    body.model.body("l_wrist").pos[0] += 0.01
 
 
 @pytest.mark.parametrize("motion", ["kinematic", "dynamic"])
 def test_the_nao_keeps_them(motion: Any) -> None:
-    """With and without physics."""
-    check_body(lambda: MujocoBody("nao", motion=motion), pictures=False)
+    """With and without physics, those of a body that can be resumed and has a twin included."""
+    body = MujocoBody("nao", motion=motion)
+    assert isinstance(body, Resumable) and isinstance(body, Twin)
+    check_body(lambda: MujocoBody("nao", motion=motion), pictures=False, injure=stretched)
 
 
 @pytest.mark.gl
@@ -33,8 +40,8 @@ def test_another_robot_keeps_them(robot: Callable[..., Path], coupled: Any, moti
     check_body(lambda: MujocoBody(robot(anatomy=coupled), motion=motion), pictures=False)
 
 
-class Puppet:
-    """A sound body: joints that obey at once, within their limits."""
+class Device:
+    """A sound body that can neither be resumed nor has a twin: joints that obey at once, within their limits."""
 
     arm = JointGroup(("a", "b", "c"), np.array([-1.0, 0.2, -2.0]), np.array([1.0, 1.0, 2.0]), np.full(3, 2.0))
     head = JointGroup(("pan", "tilt"), np.array([-1.0, -0.5]), np.array([1.0, 0.7]), np.full(2, 3.0))
@@ -74,6 +81,12 @@ class Puppet:
         view, image = View(pose, pose, np.empty((0, 12))), np.full((6, 8, 3), self.frame, np.uint8)
         return Reading(self.frame * 0.1, arm, head, target[:3], target[3:], dt, image=lambda: image, view=view)
 
+    def close(self) -> None: ...
+
+
+class Puppet(Device):
+    """The same, which can be resumed."""
+
     def state(self) -> dict[str, Any]:
         return {"posture": self.posture.copy(), "frame": self.frame, "rng": self.rng.bit_generator.state}
 
@@ -82,7 +95,36 @@ class Puppet:
         self.rng.bit_generator.state = state["rng"]
         return self.sense(self.posture, dt=0.1)
 
-    def close(self) -> None: ...
+
+class Imagined(Puppet):
+    """A sound body with a twin: its arm's three angles place the marker, and its camera turns with its head."""
+
+    occluders = Shapes(np.full(1, 2), np.full((1, 4), 0.1))
+    length = 1.0
+
+    def __init__(self) -> None:
+        self.ranges = {"near": np.array([[-0.5, 0.5], [0.3, 0.7], [-1.0, 1.0]])}
+
+    def sense(self, target: Any, dt: float) -> Reading:
+        reading = super().sense(target, dt)
+        return replace(reading, view=self.view(reading.arm, reading.head))
+
+    def view(self, arm: Any, head: Any) -> View:
+        upright, (c, s) = np.eye(3).ravel(), (np.cos(head[0]), np.sin(head[0]))
+        turned = [c, -s, 0, s, c, 0, 0, 0, 1]
+        marker = np.array([*(self.length * np.asarray(arm)), *upright])
+        return View(np.array([0, 0, head[1], *turned]), marker, np.array([[1.0, 0, 0, *upright]]))
+
+    def legal(self, head: Any) -> Any:
+        return np.clip(head, self.head.lower, self.head.upper)
+
+    def fingerprint(self) -> bytes:
+        return repr(self.length).encode()
+
+    def another(self) -> Any:
+        second = type(self)()
+        second.length = self.length
+        return second
 
 
 class Nameless(Puppet):
@@ -210,9 +252,10 @@ class Vanishing(Puppet):
         self.marker: Any = None
 
 
-def test_another_sound_body_passes() -> None:
-    """One without MuJoCo."""
-    check_body(Puppet)
+@pytest.mark.parametrize("make", [Puppet, Device, Imagined])
+def test_other_sound_bodies_pass(make: Any) -> None:
+    """Without MuJoCo: one that can be resumed, one that cannot, and one with a twin."""
+    check_body(make)
 
 
 @pytest.mark.parametrize(
@@ -265,3 +308,118 @@ def test_every_body_is_closed_whatever_happens() -> None:
     with pytest.raises(ContractError, match="velocity"):
         check_body(Counted)
     assert made and all(body.closed for body in made)
+
+
+# -- bodies with a twin ------------------------------------------------------------------------------------------------
+
+
+class Endless(Imagined):
+    def __init__(self) -> None:
+        self.ranges = {"far": np.array([[-5.0, 5.0], [0.3, 0.7], [-1.0, 1.0]])}
+
+
+class Short(Imagined):
+    def __init__(self) -> None:
+        self.ranges = {"half": np.array([[-0.5, 0.5]])}
+
+
+class Crossed(Imagined):
+    def view(self, arm: Any, head: Any) -> View:
+        return super().view(arm, head[::-1])
+
+    def sense(self, target: Any, dt: float) -> Reading:
+        return replace(super().sense(target, dt), view=Imagined.view(self, self.posture[:3], self.posture[3:]))
+
+
+class Posing(Imagined):
+    def view(self, arm: Any, head: Any) -> View:
+        self.posture = np.concatenate([arm, head])
+        return super().view(arm, head)
+
+
+class Remembering(Imagined):
+    def view(self, arm: Any, head: Any) -> View:
+        seen = super().view(arm, head)
+        return replace(seen, occluders=seen.occluders + 1e-3 * self.frame)
+
+    def sense(self, target: Any, dt: float) -> Reading:
+        self.frame, frame = 0, self.frame
+        reading = super().sense(target, dt)
+        self.frame = frame
+        return replace(reading, time=0.1 * frame)
+
+
+class Wild(Imagined):
+    def legal(self, head: Any) -> Any:
+        return np.array(head)
+
+
+class Shrinking(Imagined):
+    def legal(self, head: Any) -> Any:
+        return 0.9 * np.clip(head, self.head.lower, self.head.upper)
+
+
+class Grasping(Imagined):
+    def legal(self, head: Any) -> Any:
+        return np.clip(head, self.head.lower, self.head.upper, out=head)
+
+
+class Single(Imagined):
+    def another(self) -> Any:
+        return self
+
+
+class Weaker(Imagined):
+    slow = 1.0
+
+    def another(self) -> Any:
+        second = super().another()
+        second.slow = 0.5
+        return second
+
+    def moved(self, target: Any) -> Any:
+        return self.posture + self.slow * np.clip(target - self.posture, -0.2, 0.2)
+
+
+class Placed(Imagined):
+    def fingerprint(self) -> bytes:
+        return self.posture.tobytes()
+
+
+class Healed(Imagined):
+    def another(self) -> Any:
+        return type(self)()
+
+
+class Blind(Imagined):
+    def fingerprint(self) -> bytes:
+        return b""
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (Endless, "low and high of each arm joint, inside its limits.*'far'"),
+        (Short, "low and high of each arm joint.*'half'"),
+        (Crossed, "view at the sensed posture is the reading's view"),
+        (Posing, "(view at the sensed posture|move nothing and change nothing)"),
+        (Remembering, "(view at the sensed posture|view depends on more than the postures)"),
+        (Wild, "legal clips a head posture to all limits"),
+        (Shrinking, "leaves a legal one as it is"),
+        (Grasping, "changed the posture that it was given"),
+        (Single, "(move nothing and change nothing|another moves alike, by itself)"),
+        (Weaker, "another moves alike, by itself.*moves otherwise"),
+        (Placed, "equal bodies have one fingerprint, whatever they have done"),
+        (Healed, "another has the injuries too"),
+        (Blind, "an injury changes the fingerprint"),
+    ],
+)
+def test_each_law_of_a_twin_is_held(make: Any, message: str) -> None:
+    """One body that breaks each, with a longer arm as injury."""
+    with pytest.raises(ContractError, match=message):
+        check_body(make, injure=lambda body: setattr(body, "length", 1.5))
+
+
+def test_injury_that_the_body_shows_passes() -> None:
+    """The sound body with a twin shows it in its fingerprint, and in another one."""
+    check_body(Imagined, injure=lambda body: setattr(body, "length", 1.5))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -10,8 +11,9 @@ import mujoco
 import numpy as np
 import pytest
 
-from somatopy.bodies import FRAME, Motion, MujocoBody
-from somatopy.percept import Floats, Reading
+from somatopy.bodies import Motion, MujocoBody, physics
+from somatopy.clock import FRAME
+from somatopy.percept import Floats, Marker, Picture, Reading
 
 Robot = Callable[..., Path]
 Commands = Callable[[int, np.random.Generator], Floats]
@@ -102,18 +104,16 @@ def test_no_command_leads_beyond_the_limits_in_any_physics_step(
     commands: Commands, arm_speed: float | None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Position, velocity, motor torque and pitch by yaw, at each of the steps within a frame, at full speed."""
-    body = MujocoBody("nao", "dynamic", arm_speed)
-    model, data = body.model, body.data
-    joints = [model.joint(name).id for name in (*body.arm.names, *body.head.names)]
-    places, dofs = model.jnt_qposadr[joints], model.jnt_dofadr[joints]
-    torques, positions, velocities = [], [], []
-    step = mujoco.mj_step
+    monkeypatch.setattr(physics, "function", lambda name: 0)  # each physics step is to be seen
+    body, step = MujocoBody("nao", "dynamic", arm_speed), mujoco.mj_step
+    seen: dict[str, list[Any]] = {name: [] for name in (*body.arm.names, *body.head.names)}
 
-    def spy(*arguments: Any) -> None:
-        positions.append(data.qpos[places])
-        velocities.append(data.qvel[dofs])
-        step(*arguments)
-        torques.append(data.qfrc_actuator[dofs])
+    def spy(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+        joints = [data.joint(k) for k in range(model.njnt) if model.joint(k).name in seen]
+        before = [(joint.qpos[0], joint.qvel[0]) for joint in joints]
+        step(model, data)
+        for joint, values in zip(joints, before, strict=True):
+            seen[joint.name].append((*values, joint.qfrc_actuator[0]))
 
     monkeypatch.setattr(mujoco, "mj_step", spy)
     rng, readings = np.random.default_rng(0), [body.reset()]
@@ -121,7 +121,7 @@ def test_no_command_leads_beyond_the_limits_in_any_physics_step(
         target = commands(frame, rng)
         readings.append(body.step(target[:4], target[4:]))
         assert beyond_coupling(body, readings[-1].head_command) <= ROUNDING
-    angles = np.array(positions)
+    angles, velocities, torques = np.array(list(seen.values())).transpose(2, 1, 0)
     assert len(angles) >= 300 * 10
     assert (angles >= LOWER - ROUNDING).all() and (angles <= UPPER + ROUNDING).all()
     assert (np.abs(velocities) <= VELOCITY * (1 + ROUNDING)).all()
@@ -164,7 +164,7 @@ def test_views_are_those_of_the_posture_itself(nao: MujocoBody) -> None:
         for name in ("camera", "marker", "occluders"):
             np.testing.assert_array_equal(getattr(asked, name), getattr(there, name))
         at_the_limit = nao.view(RAISED, nao.legal(head)).camera
-        assert (np.abs(at_the_limit - asked.camera).max() > 0.05) == (not nao.allows(head))
+        assert (np.abs(at_the_limit - asked.camera).max() > 0.05) == bool((nao.legal(head) != head).any())
 
 
 def test_velocity_limits_are_the_robots(nao: MujocoBody) -> None:
@@ -244,9 +244,10 @@ def test_a_body_can_be_closed_twice(nao: MujocoBody) -> None:
 
 
 def test_nothing_is_drawn_unless_someone_looks(nao: MujocoBody) -> None:
-    """Steps alone spend no time on pictures."""
-    walk(nao, 7, 3)
-    assert nao.render_s == 0.0
+    """A picture that no one asked for has taken no time."""
+    for reading in walk(nao, 7, 3):
+        assert isinstance(reading.image, Picture)
+        assert reading.image.seconds == 0.0
 
 
 def test_picture_of_a_moment_that_is_gone_is_refused(nao: MujocoBody, motion: Motion) -> None:
@@ -271,12 +272,11 @@ def test_unknown_camera_is_answered_with_the_known_ones(nao: MujocoBody) -> None
 def test_picture_is_drawn_once_and_kept(nao: MujocoBody) -> None:
     """The second look gives the same array, also when the body has moved on."""
     reading = nao.step(FORWARD, [0, 0.2])
-    assert reading.image is not None
-    image = reading.image()
-    spent = nao.render_s
+    assert isinstance(reading.image, Picture)
+    image, spent = reading.image(), reading.image.seconds
     assert image.shape == (240, 320, 3) and image.dtype == np.uint8 and spent > 0
     nao.step(RAISED, [1, 0])
-    assert reading.image() is image and nao.render_s == spent
+    assert reading.image() is image and reading.image.seconds == spent
 
 
 @pytest.mark.gl
@@ -312,9 +312,11 @@ def test_torso_stops_the_arm_in_physics_alone() -> None:
     """The servos push in vain, with little give; the kinematic arm, which knows no contact, passes."""
     solid, ghost = MujocoBody("nao", "dynamic"), MujocoBody("nao", "kinematic")
     assert np.abs(hold(ghost, INTO_TORSO).arm - INTO_TORSO).max() < ROUNDING
+    mujoco.mj_collision(ghost.model, ghost.data)
     assert min(ghost.data.contact.dist) < -0.03
     assert np.abs(hold(solid, INTO_TORSO).arm - INTO_TORSO).max() > 0.1
-    assert min(solid.data.contact.dist) > -0.005
+    mujoco.mj_collision(solid.model, solid.data)
+    assert -0.005 < min(solid.data.contact.dist) < 0.0
 
 
 def test_arm_passes_the_head_and_is_noticed(nao: MujocoBody) -> None:
@@ -331,7 +333,70 @@ def test_arm_passes_the_head_and_is_noticed(nao: MujocoBody) -> None:
 def test_contact_of_other_parts_is_no_overlap(nao: MujocoBody) -> None:
     """The arm at the torso touches it, and that is not told as arm and head in each other."""
     reading = hold(nao, INTO_TORSO)
+    mujoco.mj_collision(nao.model, nao.data)
     assert nao.data.ncon > 0 and not reading.overlap
+
+
+# -- the twin: poses, limits and a second body -------------------------------------------------------------------------
+
+
+def test_ranges_are_the_anatomys_and_the_joint_limits(nao: MujocoBody) -> None:
+    """One [low, high] for each arm joint, by name."""
+    assert list(nao.ranges) == ["mechanical", "confined"]
+    np.testing.assert_array_equal(nao.ranges["mechanical"], np.column_stack([LOWER, UPPER])[:4])
+    np.testing.assert_array_equal(nao.ranges["confined"][0], [-0.5, 1.1])
+
+
+def test_view_clips_nothing(nao: MujocoBody) -> None:
+    """The camera turns on beyond the head's limits, as it does within: by the angle that was asked for."""
+    arm, beyond = [0.0, 0.0, 0.0, -0.5], UPPER[4] + 0.4
+    ahead, turned = (nao.view(arm, [yaw, 0.0]).camera[3:].reshape(3, 3) for yaw in (0.0, beyond))
+    angle = np.arccos(0.5 * (np.trace(turned @ ahead.T) - 1))
+    assert angle == pytest.approx(beyond)
+
+
+def test_fingerprint_tells_bodies_apart(robot: Robot) -> None:
+    """Another motion, speed, marker, field of view or anatomy is another body; equal ones in other folders are not."""
+    bodies = [
+        MujocoBody("nao"),
+        MujocoBody("nao", "kinematic"),
+        MujocoBody("nao", arm_speed=0.7),
+        MujocoBody("nao", head_speed=1.0),
+        MujocoBody("nao", marker=Marker(size=0.06)),
+        MujocoBody("nao", fovy=50.0),
+        MujocoBody(robot()),
+    ]
+    assert len({body.fingerprint() for body in bodies}) == len(bodies)
+
+
+def test_fingerprint_does_not_depend_on_the_folder(robot: Robot, tmp_path: Path) -> None:
+    """The same files elsewhere are the same robot."""
+    here, there = robot(), tmp_path / "elsewhere"
+    there.mkdir()
+    for name in ("crane.toml", "crane.xml"):
+        shutil.copy(tmp_path / name, there / name)
+    assert MujocoBody(here).fingerprint() == MujocoBody(there / here.name).fingerprint()
+
+
+@pytest.mark.gl
+def test_fingerprint_does_not_depend_on_what_was_drawn(nao: MujocoBody) -> None:
+    """Looking at a body leaves it the same body."""
+    before = nao.fingerprint()
+    nao.picture("outside", 640, 480)
+    assert nao.fingerprint() == before
+
+
+def test_another_has_the_injuries_and_shares_nothing(nao: MujocoBody) -> None:
+    """A joint shifted in the model is shifted in the second body, which then moves and is injured by itself."""
+    nao.model.body("LShoulder").pos[1] += 0.02
+    walk(nao, 8, 5)
+    second, state = nao.another(), nao.state()
+    assert second.model.body("LShoulder").pos[1] == nao.model.body("LShoulder").pos[1]
+    second.model.body("LShoulder").pos[1] += 0.01
+    walk(second, 9, 5)
+    second.close()
+    assert all(np.array_equal(value, nao.state()[key]) for key, value in state.items())
+    assert second.fingerprint() != nao.fingerprint()
 
 
 # -- another robot -----------------------------------------------------------------------------------------------------

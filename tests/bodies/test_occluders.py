@@ -66,29 +66,6 @@ def test_bounding_radius_holds_the_whole_shape(model: mujoco.MjModel) -> None:
     assert egg[3] >= egg[:3].max() - 1e-9 and wedge[3] >= wedge[:3].max() - 1e-9
 
 
-def test_poses_follow_the_joints(model: mujoco.MjModel) -> None:
-    """Position and rotation of each shape as MuJoCo has them at another posture."""
-    occluders, data = Occluders(model), mujoco.MjData(model)
-    data.joint("turn").qpos = 1.2
-    mujoco.mj_kinematics(model, data)
-    poses = occluders.poses(data)
-    for pose, name in zip(poses[:-1], SHOWN[:-1], strict=True):
-        np.testing.assert_allclose(pose[:3], data.geom(name).xpos)
-        np.testing.assert_allclose(pose[3:], data.geom(name).xmat)
-
-
-def test_ellipsoid_of_a_mesh_fills_the_box_of_its_corners(model: mujoco.MjModel) -> None:
-    """Its centre is the box's, wherever MuJoCo puts the mesh's own origin, and its half-axes are the box's."""
-    occluders, data = Occluders(model), mujoco.MjData(model)
-    mujoco.mj_kinematics(model, data)
-    pose, size = occluders.poses(data)[-1], occluders.shapes.sizes[-1]
-    geom, turn = data.geom("wedge"), data.geom("wedge").xmat.reshape(3, 3)
-    corners = model.mesh_vert[:4]
-    low, high = corners.min(axis=0), corners.max(axis=0)
-    np.testing.assert_allclose(pose[:3], geom.xpos + turn @ (0.5 * (low + high)), atol=1e-6)
-    np.testing.assert_allclose(size[:3], 0.5 * (high - low), atol=1e-6)
-
-
 def test_naos_occluders_are_what_its_camera_can_see() -> None:
     """Every shape of the NAO that is drawn, its room and the cube aside, in every view."""
     body = MujocoBody("nao", "kinematic")

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from somatopy.cli import main
-from somatopy.experiment.checkpoint import FILE
 from somatopy.experiment.evaluate import evaluate
+from somatopy.experiment.run_folder import CHECKPOINT
 
 QUICK = ["--eye", "geometric", "--motion", "kinematic", "--minutes", "0.2", "--damage-minutes", "0.1"]
 MAPS = ["--learner.arm-map.shape", "8", "8", "--learner.head-map.shape", "8", "8"]
@@ -39,6 +39,7 @@ def test_text_says_the_same(folder: Path, capsys: pytest.CaptureFixture[str]) ->
     for words in (
         "120 arm postures",
         "learning off",
+        "damage offset",
         "geometric eye",
         f"{result['rate']:.1%} of them",
         f"{result['efficiency']:.1%} of those that can be seen",
@@ -66,13 +67,13 @@ def test_what_cannot_be_asked_is_told_in_one_paragraph(
     """Exit code 2: no checkpoint, a broken one, no postures."""
     for name, content in (("none", None), ("broken", b"PK")):
         shutil.copytree(folder, tmp_path / name)
-        (tmp_path / name / FILE).unlink()
+        (tmp_path / name / CHECKPOINT).unlink()
         if content is not None:
-            (tmp_path / name / FILE).write_bytes(content)
+            (tmp_path / name / CHECKPOINT).write_bytes(content)
     capsys.readouterr()
     for args, words in (
-        ([str(tmp_path / "none")], [FILE, "no checkpoint that can be read", "No such file"]),
-        ([str(tmp_path / "broken")], [FILE, "no checkpoint that can be read"]),
+        ([str(tmp_path / "none")], [f"has no {CHECKPOINT}", "nothing was changed"]),
+        ([str(tmp_path / "broken")], [CHECKPOINT, "no checkpoint that can be read"]),
         ([str(folder), "--postures", "0"], ["At least one posture", "not 0"]),
     ):
         assert main(["evaluate", *args]) == 2

@@ -6,16 +6,22 @@ import json
 
 import pytest
 
-from somatopy.bodies import BODIES
+from somatopy.bodies import MODELS
 from somatopy.cli import main
 from somatopy.experiment import PRESETS
+from somatopy.registry import LEARNERS
 
 CHOICES = {
     "presets": set(PRESETS),
-    "bodies": set(BODIES),
-    "babbling ranges": set(BODIES),
+    "bodies": {*MODELS, "mujoco"},
+    "babbling ranges": set(MODELS),
     "learners": {"hebbian", "random", "fixed", "nearest"},
     "damages": {"none", "offset"},
+    "eyes": {"fiducial", "geometric"},
+    "babblers": {"uniform"},
+    "maps": {"dsom", "som", "neural-gas", "growing-neural-gas", "evolving-som", "grow-when-required"},
+    "rules": {"positive", "normalised"},
+    "interventions": {"offset", "plastic", "afresh", "shuffled"},
 }
 
 
@@ -24,6 +30,7 @@ def test_json_is_one_object_with_every_choice(capsys: pytest.CaptureFixture[str]
     assert main(["list", "--json"]) == 0
     out, err = capsys.readouterr()
     table = json.loads(out)
+    assert set(table) == set(CHOICES)
     for title, names in CHOICES.items():
         assert set(table[title]) == names and all(table[title].values())
     assert table["babbling ranges"]["nao"] == "mechanical, confined"
@@ -33,6 +40,18 @@ def test_json_is_one_object_with_every_choice(capsys: pytest.CaptureFixture[str]
 def test_text_names_the_same(capsys: pytest.CaptureFixture[str]) -> None:
     """Every title and every name stands at the beginning of a line."""
     assert main(["list"]) == 0
-    words = [line.split("  ") for line in capsys.readouterr().out.splitlines()]
-    starts = {next(part for part in line if part).strip() for line in words}
+    lines = capsys.readouterr().out.splitlines()
+    starts = {next(part for part in line.split("  ") if part).strip() for line in lines if line}
     assert set(CHOICES) | set().union(*CHOICES.values()) <= starts
+    assert max(map(len, lines)) <= 100
+
+
+def test_a_kind_that_cannot_be_imported_hides_no_other(capsys: pytest.CaptureFixture[str]) -> None:
+    """Its line says why."""
+    LEARNERS.add("broken", "no_such_package:Learner")
+    try:
+        assert main(["list", "--json"]) == 0
+    finally:
+        LEARNERS.remove("broken")
+    learners = json.loads(capsys.readouterr().out)["learners"]
+    assert "no_such_package" in learners["broken"] and learners["random"].startswith("Control")

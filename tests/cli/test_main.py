@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from somatopy.bodies import BODIES, rendering
+from somatopy.bodies import MODELS, rendering
 from somatopy.cli import VERBS, main
 
 GEOMETRIC = ["--eye", "geometric", "--motion", "kinematic"]
@@ -77,8 +77,8 @@ def test_every_verb_has_help_with_an_example(verb: str, capsys: pytest.CaptureFi
         (["dance"], ["'dance'", ", ".join(VERBS)]),
         (["run"], ["paper", "description file", "somatopy run paper"]),
         (["run", "--seed", "1"], ["paper", "description file"]),
-        (["run", "papr"], ["'papr'", "(paper, paper-random, ", "description file"]),
-        (["run", "."], ["'.'", "(paper, paper-random, "]),
+        (["run", "papr"], ["'papr'", "(paper, paper-2016, paper-random, ", "description file"]),
+        (["run", "."], ["'.'", "(paper, paper-2016, paper-random, "]),
         (["run", "paper", "--sed", "1"], ["--sed", "--seed"]),
         (["run", "paper", "--babbling.sped", "1"], ["--babbling.sped", "--babbling.speed"]),
         (["run", "paper", "paper"], ["'paper' was not expected"]),
@@ -90,7 +90,7 @@ def test_every_verb_has_help_with_an_example(verb: str, capsys: pytest.CaptureFi
         (["run", "paper", "--damage", "rust"], ["'rust'", "none, paper or offset:a,b,c,d"]),
         (["run", "paper", "--damage", "offset:1,2"], ["2 offsets", "4 joints: LShoulderPitch"]),
         (["run", "paper", "--learner", "fixed", "--learner.head", "0", "9"], ["HeadPitch = 9", "limits ["]),
-        (["run", "paper", "--babbling.range", "wide"], ["babbling.range 'wide'", "mechanical, confined"]),
+        (["run", "paper", "--babbling.range", "wide"], ["babbling: range 'wide'", "mechanical, confined"]),
         (
             ["run", "paper", "--babbling.range", *["0", "9", "0", "1", "0", "1", "-1", "-.5"]],
             ["[0, 9] of LShoulderPitch", "limits ["],
@@ -102,7 +102,7 @@ def test_every_verb_has_help_with_an_example(verb: str, capsys: pytest.CaptureFi
         (["run", "paper", "--body.model", "robby"], ["'robby'", "Known bodies: nao"]),
         (["run", "paper", "--phases.0.plastic", "lynx"], ["'intact'", "'lynx'", "arm_map, head_map, links"]),
         (["run", "paper", "--learner", "nearest", "--phases.1.plastic", "links"], ["'damaged'", "'links'", "memory"]),
-        (["run", "paper-shuffled", "--learner", "random"], ["'shuffled'", "random learner", "no links to shuffle"]),
+        (["run", "paper-shuffled", "--learner", "random"], ["'shuffled'", "learner has no links to shuffle"]),
         (["run", "paper-frozen", "--learner", "random"], ["'intact'", "'links'", "leave plastic away"]),
         (["resume", "none"], ["none", "experiment.toml", "No such file"]),
         (["evaluate", "none"], ["none", "experiment.toml", "No such file"]),
@@ -121,8 +121,11 @@ def test_wrong_description_files(refused: Refused, empty: Path) -> None:
     for text, parts in (
         ("seed = = 1", ["mine.toml", "not valid TOML", "line 1"]),
         ("sed = 1", ["mine.toml", "'sed'", "name, seed, body"]),
-        ("[learner]\nkind = 'hebbian'\n[learner.arm_map]\neta = 1", ["learner.arm_map.eta", "shape, learning_rate"]),
-        ("[[phases]]\nminutes = 1", ["phases.0.minutes", "name, frames, damage, trend_breaks"]),
+        (
+            "[learner]\nkind = 'hebbian'\n[learner.arm_map]\neta = 1",
+            ["learner.arm_map.eta", "kind, shape, learning_rate"],
+        ),
+        ("[[phases]]\nminutes = 1", ["phases.0.minutes", "name, frames, interventions, trend_breaks"]),
     ):
         (empty / "mine.toml").write_text(text)
         message = refused("run", "mine.toml")
@@ -131,8 +134,8 @@ def test_wrong_description_files(refused: Refused, empty: Path) -> None:
 
 def test_broken_robots(refused: Refused, empty: Path) -> None:
     """A model that is missing, broken or lacks a joint; an anatomy with an unknown key: file, reason, what there is."""
-    anatomy = BODIES["nao"].read_text()
-    nao = (BODIES["nao"].parent / "nao.xml").read_text()
+    anatomy = MODELS["nao"].read_text()
+    nao = (MODELS["nao"].parent / "nao.xml").read_text()
     for model, table, parts in (
         (None, anatomy, ["nao.xml", "does not exist"]),
         ("<mujoco><worldbody>", anatomy, ["nao.xml", "MuJoCo cannot read"]),

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import re
+from itertools import pairwise
+
 import pytest
 
 from somatopy.cli.options import Options, parse
 from somatopy.experiment import Description, DescriptionError, paper
-from somatopy.experiment.description import FixedControl, Hebbian, OffsetDamage
+from somatopy.learners.controls import Fixed
+from somatopy.learners.hebbian import Hebbian
+from somatopy.registry import INTERVENTIONS, LEARNERS
 
 
 def options(*args: str, description: Description | None = None) -> Options:
@@ -17,6 +22,11 @@ def described(*args: str, description: Description | None = None) -> Description
     return options(*args, description=description).description
 
 
+def plastic(*parts: str) -> dict[str, object]:
+    return {"kind": "plastic", "parts": parts}
+
+
+OFFSET = INTERVENTIONS.dumped(INTERVENTIONS.validated("offset"))
 ONE_PHASE = paper().replaced(phases=(paper().phases[0],))
 
 
@@ -36,16 +46,41 @@ def test_without_options_the_description_is_as_it_was() -> None:
         (["--minutes", "0.2"], "phases.0.frames", 180),
         (["--minutes", "0"], "phases.0.frames", 0),
         (["--damage-minutes", "10"], "phases.1.frames", 9000),
-        (["--damage", "none"], "phases.1.damage.kind", "none"),
-        (["--damage", "offset:0.1,-0.2,0,1e-1"], "phases.1.damage.offset", (0.1, -0.2, 0.0, 0.1)),
+        (["--damage", "none"], "phases.1.interventions", ()),
+        (["--damage", "offset:0.1,-0.2,0,1e-1"], "phases.1.interventions.0.offset", (0.1, -0.2, 0.0, 0.1)),
         (["--body.head-speed", "2"], "body.head_speed", 2.0),
         (["--body.head_speed=2"], "body.head_speed", 2.0),
         (["--babbling.range", "confined"], "babbling.range", "confined"),
         (["--babbling.speed", "0.5"], "babbling.speed", 0.5),
         (["--learner.arm-map.shape", "10", "12"], "learner.arm_map.shape", (10, 12)),
         (["--learner.link-rate", "0.5"], "learner.link_rate", 0.5),
+        (["--body.head-speed", "None"], "body.head_speed", None),
+        (["--body.camera.fovy", "50"], "body.camera.fovy", 50.0),
+        (["--body.marker.size=0.04"], "body.marker.size", 0.04),
+        (["--eye.skip", "False"], "eye.skip", False),
+        (["--eye.kind", "geometric"], "eye.kind", "geometric"),
+        (["--eye.kind=geometric"], "eye.kind", "geometric"),
+        (["--learner.kind", "random"], "learner.kind", "random"),
+        (["--learner.arm-map.kind", "som"], "learner.arm_map.kind", "som"),
+        (["--learner.head-map.kind", "som"], "learner.head_map.kind", "som"),
+        (["--learner.head-map.periodic", "True"], "learner.head_map.periodic", True),
+        (["--learner.rule.kind", "normalised"], "learner.rule.kind", "normalised"),
+        (["--learner.units", "radian"], "learner.units", "radian"),
+        (["--phases.0.frames", "5"], "phases.0.frames", 5),
+        (["--phases.0.name", "first"], "phases.0.name", "first"),
+        (["--phases.0.damage", "paper"], "phases.0.interventions", (OFFSET,)),
+        (["--phases.0.damage.kind", "offset"], "phases.0.interventions", (OFFSET,)),
+        (["--phases.0.plastic", "links", "arm_map"], "phases.0.interventions", (plastic("links", "arm_map"),)),
+        (["--phases.0.plastic"], "phases.0.interventions", (plastic(),)),
+        (["--phases.0.plastic=links"], "phases.0.interventions", (plastic("links"),)),
+        (["--phases.1.start", "afresh"], "phases.1.interventions", ({"kind": "afresh"}, OFFSET)),
+        (["--phases.1.start", "continue"], "phases.1.interventions", (OFFSET,)),
+        (["--phases.1.damage.kind", "none"], "phases.1.interventions", ()),
+        (["--phases.0.interventions.0.kind", "afresh"], "phases.0.interventions", ({"kind": "afresh"},)),
+        (["--phases.1.interventions.1.kind", "shuffled"], "phases.1.interventions", (OFFSET, {"kind": "shuffled"})),
+        (["--phases.1.interventions.0.offset", "1", "2", "3", "4"], "phases.1.interventions.0.offset", (1, 2, 3, 4)),
         (["--phases.1.trend-breaks", "3", "9"], "phases.1.trend_breaks", (3, 9)),
-        (["--phases.1.damage.offset", "1", "-1", "0", "0"], "phases.1.damage.offset", (1.0, -1.0, 0.0, 0.0)),
+        (["--phases.1.damage.offset", "1", "-1", "0", "0"], "phases.1.interventions.0.offset", (1.0, -1.0, 0.0, 0.0)),
     ],
 )
 def test_each_option_sets_its_own_field_and_no_other(args: list[str], path: str, value: object) -> None:
@@ -85,8 +120,8 @@ def test_file_then_short_then_dotted() -> None:
 
 
 def test_a_short_flag_chooses_the_type_and_a_dotted_one_sets_its_field() -> None:
-    """`--learner fixed` opens the fields of FixedControl; choosing the type that is there keeps its fields."""
-    assert described("--learner", "fixed", "--learner.head", "0.5", "0.1").learner == FixedControl(head=(0.5, 0.1))
+    """`--learner fixed` opens the fields of that control; choosing the type that is there keeps its fields."""
+    assert described("--learner", "fixed", "--learner.head", "0.5", "0.1").learner == Fixed(head=(0.5, 0.1))
     file = paper().replaced(learner=Hebbian(link_rate=0.5))
     assert described("--learner", "hebbian", description=file).learner == Hebbian(link_rate=0.5)
     file = paper().replaced(learner={"kind": "random"})
@@ -96,7 +131,12 @@ def test_a_short_flag_chooses_the_type_and_a_dotted_one_sets_its_field() -> None
 def test_damage_by_name() -> None:
     """`paper` is the paper's shift, whatever the file says."""
     file = described("--damage", "offset:1,1,1,1")
-    assert described("--damage", "paper", description=file).phases[1].damage == OffsetDamage()
+    assert done(described("--damage", "paper", description=file), 1) == [OFFSET]
+
+
+def done(description: Description, phase: int) -> list[dict[str, object]]:
+    """What is done in a phase, as tables."""
+    return [INTERVENTIONS.dumped(settings) for settings in description.phases[phase].interventions]
 
 
 def test_a_damaged_phase_is_added_where_there_is_none() -> None:
@@ -109,7 +149,48 @@ def test_a_damaged_phase_is_added_where_there_is_none() -> None:
     ):
         added = described(*args, description=ONE_PHASE).phases
         assert len(added) == 2 and added[0] == ONE_PHASE.phases[0]
-        assert (added[1].frames, added[1].damage.kind) == (frames, kind)
+        assert (added[1].frames, added[1].damage) == (frames, kind)
+
+
+def test_kinds_are_chosen_before_their_fields_are_set() -> None:
+    """At any depth, in whatever order the options stand; another kind begins with its own defaults."""
+    words = ["--learner.arm-map.shape", "7", "--learner.arm-map.kind", "som", "--learner.kind", "hebbian"]
+    file = paper().replaced(learner="random")
+    for args in (words, [*words[2:], *words[:2]]):
+        arm_map = described(*args, description=file).learner.arm_map
+        assert (arm_map.kind, arm_map.shape) == ("som", (7,))
+    same = described("--learner.arm-map.kind", "dsom", "--learner.arm-map.shape", "7", "7").learner
+    assert same == paper().learner.replaced(arm_map=paper().learner.arm_map.replaced(shape=(7, 7)))
+
+
+def test_a_damage_is_chosen_and_then_set() -> None:
+    """The kind that is there keeps its settings when it is named again, and any other order says the same."""
+    file = described("--damage", "offset:1,1,1,1")
+    assert described("--phases.1.damage.kind", "offset", description=file) == file
+    kind, offset = ["--phases.0.damage.kind", "offset"], ["--phases.0.damage.offset", "0.1", "0", "0", "0"]
+    for args in ([*kind, *offset], [*offset, *kind]):
+        assert done(described(*args), 0) == [{"kind": "offset", "offset": (0.1, 0.0, 0.0, 0.0)}]
+
+
+def test_short_forms_replace_what_they_stand_for_and_keep_the_rest() -> None:
+    """`none` and `continue` take it away; what else is done stays in its place. Numbers count the short forms too."""
+    more = ["--phases.1.interventions.3.kind", "offset", "--phases.1.plastic", "links", "--phases.1.start", "afresh"]
+    file = described(*more)
+    kinds = ["afresh", "plastic", "offset", "offset"]
+    assert [entry["kind"] for entry in done(file, 1)] == kinds
+    for args, left in (
+        (["--damage", "none"], ["afresh", "plastic"]),
+        (["--damage", "paper"], ["afresh", "plastic", "offset"]),
+        (["--phases.1.start", "continue"], ["plastic", "offset", "offset"]),
+        (["--phases.1.start", "shuffled"], ["shuffled", "plastic", "offset", "offset"]),
+        (["--phases.1.plastic"], kinds),
+        (["--phases.1.interventions.3.kind", "shuffled"], ["afresh", "plastic", "offset", "shuffled"]),
+    ):
+        assert [entry["kind"] for entry in done(described(*args, description=file), 1)] == left
+    with pytest.raises(
+        DescriptionError, match=r"asks for one damage in phase 1, which has 2; .*interventions.K.offset"
+    ):
+        described("--phases.1.damage.offset", "1", "1", "1", "1", description=file)
 
 
 def test_no_option_leaks_a_warning(recwarn: pytest.WarningsRecorder) -> None:
@@ -124,9 +205,14 @@ def test_no_option_leaks_a_warning(recwarn: pytest.WarningsRecorder) -> None:
     [
         (["--babbling.sped", "1"], ["--babbling.kind", "--babbling.range", "--babbling.speed"]),
         (["--learner.head-map.eta", "1"], ["--learner.head-map.shape", "--learner.head-map.elasticity"]),
+        (["--learner.eta", "1"], ["--learner.kind", "--learner.link-rate", "--learner.arm-map.*", "--learner.rule.*"]),
         (["--learner", "fixed", "--learner.arm-map.shape", "3", "3"], ["--learner.kind", "--learner.head"]),
-        (["--phases.7.frames", "1"], ["--phases.0.frames", "--phases.1.damage.offset"]),
-        (["--minuts", "1"], ["--minutes", "--damage-minutes", "--seed", "--learner.link-rate", "--body.model"]),
+        (["--learner.arm-map.kynd", "som"], ["--learner.arm-map.kind", "--learner.arm-map.shape"]),
+        (["--phases.7.frames", "1"], ["--phases.0.*", "--phases.1.*"]),
+        (["--phases.7.damage", "none"], ["--phases.0.*", "--phases.1.*"]),
+        (["--phases.1.damge.offset", "1"], ["--phases.1.frames", "--phases.1.damage", "--phases.1.damage.*"]),
+        (["--phases.0.interventions.1.kind", "afresh"], ["--phases.0.frames", "--phases.0.start"]),
+        (["--minuts", "1"], ["--minutes", "--damage-minutes", "--seed", "--learner.*", "--body.*"]),
         (["--minuts=1"], ["--minutes", "--json"]),
     ],
 )
@@ -136,7 +222,7 @@ def test_an_unknown_option_lists_the_valid_ones_near_it(args: list[str], valid: 
         options(*args)
     message = str(caught.value)
     unknown = [arg for arg in args if arg.startswith("--")][-1].partition("=")[0]
-    assert message.startswith(f"Unknown option {unknown}. Valid ones: ")
+    assert message.startswith(f"Unknown option {unknown}. ") and len(message) < 600
     listed = message.removesuffix(".").partition("Valid ones: ")[2].split(", ")
     assert set(valid) <= set(listed)
     if "." in unknown:
@@ -154,6 +240,25 @@ def test_an_unknown_option_lists_the_valid_ones_near_it(args: list[str], valid: 
         (["--damage", "offset"], "choose none, paper or offset:a,b,c,d"),
         (["--damage", "offset:1,x,0,0"], "--damage 'offset:1,x,0,0': could not convert string to float: 'x'"),
         (["--damage", "offset:1,nan,0,0"], r"phases.1.damage.offset.1 = nan: .*finite"),
+        (["--phases.1.damage.offset", "1", "nan"], r"phases.1.damage.offset.1 = nan: .*finite"),
+        (["--phases.1.interventions.0.offset", "1", "nan"], r"phases.1.interventions.0.offset.1 = nan: .*finite"),
+        (["--phases.1.damage.kind", "rust"], r"phases.1.damage.kind = 'rust' is unknown; choose one of offset"),
+        (["--phases.0.damage", "rust"], "--phases.0.damage 'rust' is unknown; choose none, paper or offset:a,b,c,d"),
+        (
+            ["--phases.0.start", "again"],
+            "--phases.0.start 'again' is unknown; choose one of continue, afresh, shuffled",
+        ),
+        (["--phases.0.start"], "--phases.0.start takes one value, not 0"),
+        (["--phases.0.damage", "none", "paper"], "--phases.0.damage takes one value, not 2"),
+        (["--learner", "clever"], "learner.kind = 'clever' is unknown; choose one of hebbian, .*my_file:MyLearner"),
+        (["--learner.kind", "clever"], "learner.kind = 'clever' is unknown"),
+        (["--learner.arm-map.kind", "sam"], "learner.arm_map.kind = 'sam' is unknown; choose one of dsom"),
+        (["--eye", "third"], "eye.kind = 'third' is unknown; choose one of fiducial, geometric"),
+        (["--motion", "fast"], "body.motion = 'fast': .*'dynamic' or 'kinematic'"),
+        (["--babbling.speed", "-1"], "babbling.speed = -1.0: .*greater than 0"),
+        (["--learner.link-rate", "0"], "learner.link_rate = 0.0: .*greater than 0"),
+        (["--phases.0.frames", "-1"], "phases.0.frames = -1: .*greater than or equal to 0"),
+        (["--phases.1.trend-breaks", "7", "3"], "phases.1.trend_breaks: .*increasing"),
         (["--seed", "-1"], "seed = -1: .*greater than or equal to 0"),
         (["--name", "a b"], "name = 'a b'"),
         (["--phases.1.name", "intact"], "names of their own"),
@@ -172,14 +277,12 @@ def test_a_wrong_value_is_named(args: list[str], message: str) -> None:
         ["--minutes", "soon"],
         ["--minutes"],
         ["--seed", "1.5"],
-        ["--learner", "clever"],
-        ["--eye", "third"],
-        ["--babbling.speed", "-1"],
-        ["--learner.arm-map.shape", "3"],
-        ["--learner.arm-map.shape", "0", "3"],
-        ["--learner.link-rate", "0"],
-        ["--phases.0.frames", "-1"],
-        ["--phases.1.trend-breaks", "7", "3"],
+        ["--learner.units", "degree"],
+        ["--learner.kind"],
+        ["--learner.arm-map.shape", "3.5"],
+        ["--learner.arm-map.elasticity", "stiff"],
+        ["--eye.skip", "maybe"],
+        ["--phases.1.trend-breaks", "soon"],
         ["--seed", "1", "2"],
     ],
 )
@@ -205,6 +308,8 @@ def test_help_exits_with_0_and_shows_text_flags_and_dotted_keys(capsys: pytest.C
         assert caught.value.code == 0
         for word in ("Test.", "--seed", "--damage-minutes", "--json", "--babbling.speed", "--phases.1.damage.offset"):
             assert word in out
+        for word in ("--phases.0.start", "--phases.0.plastic", "--phases.0.damage", "--phases.1.damage.kind"):
+            assert word in out
         assert ("--learner.head " in out) == ("fixed" in args) != ("--learner.arm-map.shape" in out)
 
 
@@ -213,3 +318,39 @@ def test_a_dotted_truth_value_is_written_out(value: bool) -> None:
     """Like every other field, and without changing what --json means."""
     options = parse(["--eye.skip", str(value), "--json"], paper(), "program", "text")
     assert options.description.eye.skip is value and options.json
+
+
+#: A line that holds an option and what it takes, and a line below it without a text of its own.
+OPTION = re.compile(r"--[a-z][^ ]* ?[^ ]*( [A-Z.]+)*")
+NO_TEXT = ("--", "╰", "+", "(default")
+
+
+@pytest.mark.parametrize("width", [80, 120])
+def test_help_fits_the_terminal_and_is_written_for_readers(
+    width: int, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """No formula of a docstring, no word of the parser's own, every option with its meaning; kinds are named."""
+    monkeypatch.setenv("COLUMNS", str(width))
+    with pytest.raises(SystemExit):
+        options("--help")
+    out = capsys.readouterr().out
+    assert max(map(len, out.splitlines())) <= width
+    for word in ("{None}", "STR", "default: None", "\\", "`", ":math:", "varepsilon", "[["):
+        assert word not in out, word
+    for kinds in (LEARNERS, INTERVENTIONS):
+        assert all(kind in out for kind in kinds)
+    said = [line.strip("│| ") for line in out.splitlines()]
+    bare = [
+        line for line, below in pairwise(said) if OPTION.fullmatch(line) and (below.startswith(NO_TEXT) or not below)
+    ]
+    assert bare == []
+
+
+def test_help_numbers_interventions_by_their_place(capsys: pytest.CaptureFixture[str]) -> None:
+    """Of two damages each has its own options, although what begins the phase stands before them."""
+    with pytest.raises(SystemExit):
+        options("--phases.1.interventions.2.kind", "offset", "--phases.1.start", "afresh", "--help")
+    out = capsys.readouterr().out
+    for word in ("--phases.1.interventions.1.offset", "--phases.1.interventions.2.offset", "(default: afresh)"):
+        assert word in out
+    assert "interventions.0" not in out and "--phases.1.damage.offset" not in out

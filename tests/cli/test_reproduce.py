@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from somatopy.cli import main
+from somatopy.experiment import Session
 
 SMALL = ["--learner.arm-map.shape", "10", "10", "--learner.head-map.shape", "10", "10"]
 SUMMARY = {"seed", "eye", "motion", "learner", "ceiling_rate", "reactive_rate", "phases"}
@@ -53,6 +54,21 @@ def test_json_replaces_the_table(tmp_path: Path, capsys: pytest.CaptureFixture[s
     assert (out / "figures" / "figure3.png").is_file()
 
 
+def test_what_fails_before_its_first_frame_leaves_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """No folder that is "not empty" at the next try."""
+
+    def failing(self: Session) -> None:
+        raise ZeroDivisionError("by zero")
+
+    monkeypatch.setattr(Session, "__next__", failing)
+    for verb in (["reproduce"], ["run", "paper"]):
+        assert main([*verb, "--eye", "geometric", "--motion", "kinematic", "--out", str(tmp_path / "run")]) == 1
+        assert "somatopy: by zero\n" in capsys.readouterr().err
+        assert not (tmp_path / "run").exists()
+
+
 def test_an_interrupted_reproduction_is_brought_to_its_end(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Stopped in the middle of a control, `resume` gives the same controls and table as an unbroken one."""
     args = ["--eye", "geometric", "--motion", "kinematic", "--minutes", "0.2", "--damage-minutes", "0.1", *SMALL]
@@ -61,7 +77,7 @@ def test_an_interrupted_reproduction_is_brought_to_its_end(tmp_path: Path, capsy
     table = capsys.readouterr().out
     assert main(["reproduce", *args, "--out", str(broken)]) == 0
     shutil.rmtree(broken / "controls" / "frozen")
-    for left in ("summary.json", "ceiling.json", "checkpoint.npz"):
+    for left in ("summary.json", "ceiling.json"):
         (broken / "controls" / "fixed" / left).unlink()
     (broken / "controls" / "frozen").mkdir()
     capsys.readouterr()

@@ -19,8 +19,9 @@ import pytest
 
 from somatopy.analysis import load_run
 from somatopy.cli import main
-from somatopy.experiment import loop, recorder
-from somatopy.experiment.checkpoint import FILE, read_checkpoint
+from somatopy.experiment import recorder, run_folder
+from somatopy.experiment.checkpoint import read_checkpoint
+from somatopy.experiment.run_folder import CHECKPOINT
 
 PART, FRAMES = 120, 330
 QUICK = [
@@ -40,7 +41,7 @@ def results(folder: Path) -> dict[str, bytes]:
 @pytest.fixture(autouse=True)
 def small_parts(monkeypatch: pytest.MonkeyPatch) -> None:
     """Three parts are 330 frames, in this process too."""
-    for module in (loop, recorder):
+    for module in (run_folder, recorder):
         monkeypatch.setattr(module, "PART_FRAMES", PART)
 
 
@@ -65,15 +66,16 @@ def unbroken(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Unbroken:
 SERVER = f"""
 import json, os, sys
 import somatopy.cli.run, somatopy.cli.resume
-from somatopy.experiment import loop, recorder
-loop.PART_FRAMES = recorder.PART_FRAMES = {PART}
-loop.CHECKPOINT_S = 0.004
+from somatopy.experiment import recorder, run_folder, session
+run_folder.PART_FRAMES = recorder.PART_FRAMES = {PART}
+run_folder.CHECKPOINT_S = 0.004
 told = os.dup(1)
-frame = loop.Experiment._frame
-def telling(self, *args):
-    frame(self, *args)
+frame = session.Session.__next__
+def telling(self):
+    found = frame(self)
     os.write(told, f"{{self.done}}\\n".encode())
-loop.Experiment._frame = telling
+    return found
+session.Session.__next__ = telling
 for line in sys.stdin:
     child = os.fork()
     if child == 0:
@@ -162,23 +164,23 @@ def new(folder: Path, args: list[str]) -> list[str]:
 SLOW = f"""
 import sys, time
 from somatopy.cli import main
-from somatopy.experiment import loop, recorder
-loop.PART_FRAMES = recorder.PART_FRAMES = {PART}
-loop.CHECKPOINT_S = 0.05
-frame = loop.Experiment._frame
-def slow(self, *args):
-    frame(self, *args)
+from somatopy.experiment import recorder, run_folder, session
+run_folder.PART_FRAMES = recorder.PART_FRAMES = {PART}
+run_folder.CHECKPOINT_S = 0.05
+frame = session.Session.__next__
+def slow(self):
     time.sleep(0.01)
-loop.Experiment._frame = slow
+    return frame(self)
+session.Session.__next__ = slow
 raise SystemExit(main())
 """
 
 
 def begun(folder: Path, *args: str) -> subprocess.Popen[str]:
-    """A run in a process of its own, with its first checkpoint behind it."""
+    """A run in a process of its own, with a checkpoint and frames behind it."""
     command = [sys.executable, "-c", SLOW, "run", "paper", *args, "--out", str(folder)]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    while not (folder / FILE).exists():
+    while not (folder / CHECKPOINT).exists() or not read_checkpoint(folder / CHECKPOINT)["session"]["done"]:
         assert process.poll() is None, process.communicate()
         time.sleep(0.02)
     return process
@@ -204,7 +206,7 @@ def test_interrupted_it_says_how_to_go_on(
     assert process.returncode == 130 and printed == "" and "Traceback" not in said
     message = said.splitlines()[-1]
     text, _, command = message.partition(" Go on with: ")
-    count = int(text.removeprefix("Interrupted after ").removesuffix(" frames."))
+    count = int(text.removeprefix("somatopy: Interrupted after ").removesuffix(" frames."))
     assert 0 < count < FRAMES
     run = load_run(folder)
     assert run.frames(["frame"])["frame"].to_pylist() == list(range(count))
@@ -228,7 +230,7 @@ def test_one_process_a_folder(unbroken: Unbroken, tmp_path: Path, capsys: pytest
     finally:
         process.kill()
         process.communicate()
-    assert (folder / FILE).exists() and not (folder / "summary.json").exists()
+    assert (folder / CHECKPOINT).exists() and not (folder / "summary.json").exists()
     capsys.readouterr()
     assert main(["resume", str(folder)]) == 0
     assert results(folder) == unbroken(*QUICK)
@@ -264,26 +266,137 @@ def test_a_finished_run_stays_as_it_is(finished: Path, capsys: pytest.CaptureFix
     assert table == {"folder": str(finished), **(run.summary or {}), "cost": run.cost}
 
 
-def test_without_a_checkpoint_it_starts_at_the_beginning(finished: Path) -> None:
-    """A run that was killed before its first one: the same frames, however many were written."""
+def test_without_a_checkpoint_it_refuses_and_deletes_nothing(
+    finished: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """However many frames were written; with the checkpoint back in its place the run goes on from there."""
     expected = results(finished)
-    for gone in (FILE, "phase-0.npz", "phase-1.npz", "summary.json", "ceiling.json", "frames/part-00001.parquet"):
+    checkpoint = (finished / CHECKPOINT).read_bytes()
+    for gone in (CHECKPOINT, "summary.json", "ceiling.json"):
         (finished / gone).unlink()
+    before = everything(finished)
+    assert main(["resume", str(finished)]) == 2
+    out, err = capsys.readouterr()
+    assert out == "" and f"{finished} has no {CHECKPOINT}" in err and "nothing was changed" in err
+    assert everything(finished) == before
+    (finished / CHECKPOINT).write_bytes(checkpoint)
     assert main(["resume", str(finished)]) == 0
     assert results(finished) == expected
-    assert read_checkpoint(finished / FILE)["done"] == FRAMES
 
 
-def test_a_killed_run_without_a_frame(finished: Path) -> None:
-    """Only the description is there: the run is made from it."""
+def test_from_the_end_of_a_phase(finished: Path) -> None:
+    """The checkpoint that a phase leaves behind for good takes the place of the last one."""
     expected = results(finished)
-    for path in finished.iterdir():
-        if path.is_dir():
-            shutil.rmtree(path)
-        elif path.name != "experiment.toml":
-            path.unlink()
+    (finished / CHECKPOINT).write_bytes((finished / "phase-0.npz").read_bytes())
     assert main(["resume", str(finished)]) == 0
     assert results(finished) == expected
+
+
+def test_there_is_a_checkpoint_from_the_first_moment(tmp_path: Path) -> None:
+    """A run that was killed before its first frame goes on from there."""
+    folder = tmp_path / "run"
+    command = [sys.executable, "-c", DEAD, *new(folder, QUICK)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 9, done.stderr
+    assert read_checkpoint(folder / CHECKPOINT)["session"]["done"] == 0
+    assert main(["resume", str(folder)]) == 0
+    assert load_run(folder).frames(["frame"]).num_rows == FRAMES
+
+
+#: The command, in a process that dies in its first frame.
+DEAD = """
+import os
+from somatopy.cli import main
+from somatopy.experiment.session import Session
+Session.__next__ = lambda self: os._exit(9)
+raise SystemExit(main())
+"""
+
+
+def test_an_edited_description_is_refused_by_name(finished: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Exit code 2, the key that was edited, and nothing changed."""
+    file = finished / "experiment.toml"
+    file.write_text(file.read_text().replace("seed = 0", "seed = 5"))
+    before = everything(finished)
+    for verb in ("resume", "evaluate"):
+        assert main([verb, str(finished)]) == 2
+        assert "is not what this run began with: seed differs." in capsys.readouterr().err
+    assert everything(finished) == before
+
+
+def test_other_versions_need_anyway(
+    finished: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The message names the option, and the option lets the run go on."""
+    monkeypatch.setattr(run_folder, "versions", lambda: {"somatopy": "99"})
+    for verb in ("resume", "evaluate"):
+        assert main([verb, str(finished)]) == 2
+        assert "--anyway" in capsys.readouterr().err
+    assert main(["evaluate", str(finished), "--postures", "3", "--anyway"]) == 0
+    (finished / CHECKPOINT).write_bytes((finished / "phase-0.npz").read_bytes())
+    assert main(["resume", str(finished), "--anyway"]) == 0
+    assert load_run(finished).description["resumed"][0]["versions"] == {"somatopy": "99"}
+
+
+def test_an_older_format_is_refused_in_one_sentence(finished: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """By every command on run folders."""
+    file = finished / "experiment.toml"
+    file.write_text(file.read_text().replace("format = 2\n", ""))
+    before = everything(finished)
+    for verb in ("resume", "evaluate", "report"):
+        assert main([verb, str(finished)]) == 2
+        out, err = capsys.readouterr()
+        assert out == "" and err.count("\n") == 1 and "format" in err and str(finished) in err
+    assert everything(finished) == before
+
+
+# -- a frame that is stuck -------------------------------------------------------------------------------------------
+
+STUCK = """
+import time
+from somatopy.bodies import MujocoBody
+
+class Stuck(MujocoBody):
+    # One of its frames never ends.
+
+    frames = 0
+
+    def __init__(self):
+        super().__init__("nao", "kinematic")
+
+    def step(self, arm, head):
+        self.frames += 1
+        if self.frames == FIRST:
+            open("stuck", "w").close()
+            time.sleep(600)
+        return super().step(arm, head)
+"""
+
+
+@pytest.mark.parametrize("first", [1, 40])
+def test_a_second_interrupt_breaks_a_stuck_frame(tmp_path: Path, first: int) -> None:
+    """The first one waits for the frame; after the second the folder is whole, and the message says what to do."""
+    (tmp_path / "stuck_body.py").write_text(STUCK.replace("FIRST", str(first)))
+    args = ["--body.kind", "stuck_body:Stuck", "--eye", "geometric", "--learner", "random", "--out", "run"]
+    command = [sys.executable, "-c", "from somatopy.cli import main; raise SystemExit(main())", "run", "paper", *args]
+    process = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    while not (tmp_path / "stuck").exists():
+        assert process.poll() is None, process.communicate()
+        time.sleep(0.02)
+    process.send_signal(signal.SIGINT)
+    with pytest.raises(subprocess.TimeoutExpired):
+        process.wait(timeout=1.5)
+    process.send_signal(signal.SIGINT)
+    printed, said = process.communicate(timeout=60)
+    assert process.returncode == 130 and printed == "" and "Traceback" not in said
+    message = " ".join(said.split())
+    assert f"Broken off in frame {first - 1}" in message
+    if first == 1:
+        assert "before anything was recorded" in message and not (tmp_path / "run").exists()
+    else:
+        assert message.endswith("Go on with: somatopy resume run")
+        assert load_run(tmp_path / "run").frames(["frame"])["frame"].to_pylist() == list(range(first - 1))
+        assert read_checkpoint(tmp_path / "run" / CHECKPOINT)["session"]["done"] == 0
 
 
 def test_what_cannot_be_resumed_is_left_alone(
@@ -296,19 +409,19 @@ def test_what_cannot_be_resumed_is_left_alone(
         shutil.copytree(finished, tmp_path / folder)
     (tmp_path / "no toml" / "experiment.toml").unlink()
     (tmp_path / "bad toml" / "experiment.toml").write_text("seed = = 1")
-    (tmp_path / "cut" / FILE).write_bytes((finished / FILE).read_bytes()[:-200])
-    (tmp_path / "empty" / FILE).write_bytes(b"")
-    (tmp_path / "text" / FILE).write_text("state")
-    (tmp_path / "foreign" / FILE).write_bytes((other / FILE).read_bytes())
+    (tmp_path / "cut" / CHECKPOINT).write_bytes((finished / CHECKPOINT).read_bytes()[:-200])
+    (tmp_path / "empty" / CHECKPOINT).write_bytes(b"")
+    (tmp_path / "text" / CHECKPOINT).write_text("state")
+    (tmp_path / "foreign" / CHECKPOINT).write_bytes((other / CHECKPOINT).read_bytes())
     capsys.readouterr()
     for folder, words in {
         "none": ["Cannot read", "No such file"],
         "no toml": ["Cannot read", "experiment.toml"],
         "bad toml": ["not valid TOML", "line 1"],
-        "cut": [FILE, "no checkpoint that can be read"],
-        "empty": [FILE, "no checkpoint that can be read"],
-        "text": [FILE, "no checkpoint that can be read"],
-        "foreign": [FILE, "does not fit"],
+        "cut": [CHECKPOINT, "no checkpoint that can be read"],
+        "empty": [CHECKPOINT, "no checkpoint that can be read"],
+        "text": [CHECKPOINT, "no checkpoint that can be read"],
+        "foreign": ["is not what this run began with", "learner.arm_map.shape differs"],
     }.items():
         before = everything(tmp_path)
         assert main(["resume", str(tmp_path / folder)]) == 2

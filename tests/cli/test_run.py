@@ -24,7 +24,7 @@ def test_a_preset_into_a_folder(tmp_path: Path, capsys: pytest.CaptureFixture[st
     run = load_run(out)
     assert run.frames(["frame"]).num_rows == 45 + 18
     assert run.summary is not None and run.summary["seed"] == 5 and run.cost is not None
-    assert load_description(out / "experiment.toml").phases[1].damage == paper().phases[1].damage
+    assert load_description(out / "experiment.toml").phases[1].interventions == paper().phases[1].interventions
 
 
 def test_json_is_one_object_of_summary_and_cost(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -10,8 +10,7 @@ import pytest
 
 from somatopy.analysis import load_run
 from somatopy.analysis.runs import Run
-from somatopy.experiment import Description, Experiment
-from somatopy.experiment.recorder import prepare_folder
+from somatopy.experiment import Description, RunFolder, Session
 
 Short = Callable[..., Description]
 RunShort = Callable[..., Run]
@@ -38,12 +37,14 @@ def short() -> Short:
 
 @pytest.fixture
 def run_short(short: Short, tmp_path: Path) -> RunShort:
-    """Run `short(**tables)` and open its folder, named by `folder`."""
+    """Run `short(**tables)` to its end and open its folder, named by `folder`."""
 
     def run(folder: str = "run", **tables: Any) -> Run:
-        description = short(**tables)
-        path = prepare_folder(tmp_path / folder, description)
-        Experiment(description).run(path)
-        return load_run(path)
+        with Session(short(**tables)) as session:
+            opened = RunFolder.new(tmp_path / folder, session.description)
+            with opened.recording(session):
+                for _ in session:
+                    pass
+        return load_run(opened.path)
 
     return run

@@ -122,9 +122,10 @@ def test_hardly_anything_seen_is_called_unreachable(body: MujocoBody) -> None:
 
 def test_reactive_gaze_stays_below_the_ceiling_and_needs_its_speed(body: MujocoBody) -> None:
     """A head at full speed nearly reaches the ceiling, a slow one falls behind, both hit only what can be seen."""
-    vantages, arms = Vantages.of(body, (49, 15)), wandering(body, 300)
-    hits, possible = reactive_hits(vantages, arms)
-    slow, same = reactive_hits(vantages, arms, head_speed=0.1)
+    arms, lazy = wandering(body, 300), MujocoBody("nao", "kinematic", head_speed=0.1)
+    hits, possible = reactive_hits(Vantages.of(body, (49, 15)), arms)
+    slow, same = reactive_hits(Vantages.of(lazy, (49, 15)), arms)
+    lazy.close()
     np.testing.assert_array_equal(possible, same)
     assert 0.75 * possible.sum() < hits.sum() <= possible.sum() and slow.sum() < 0.8 * hits.sum()
     assert (hits & ~possible).mean() < 0.02
@@ -199,7 +200,7 @@ def test_best_fixed_head_needs_arm_postures(body: MujocoBody) -> None:
 def test_result_is_plain_data_of_phases_and_full_windows(body: MujocoBody) -> None:
     """Every k-th frame of each phase; a window that a phase does not fill is left out."""
     arms = wandering(body, 170)
-    result = ceiling(body, [arms[:100], arms[100:]], window=40, every=5, grid=COARSE)
+    result = ceiling([body, body], [arms[:100], arms[100:]], window=40, every=5, grid=COARSE)
     seen = reachable(Vantages.of(body, COARSE), arms)
     assert json.loads(json.dumps(result)) == result
     assert {key: result[key] for key in ("eye", "grid", "every")} == {"eye": "geometric", "grid": [25, 9], "every": 5}
@@ -215,20 +216,43 @@ def test_result_is_plain_data_of_phases_and_full_windows(body: MujocoBody) -> No
 @pytest.mark.parametrize("phases", [[], [np.empty((0, 4))]])
 def test_without_frames_rates_are_null(body: MujocoBody, phases: list[Floats]) -> None:
     """Not zero: nothing was measured."""
-    result = ceiling(body, phases, grid=COARSE)
+    result = ceiling([body] * len(phases), phases, grid=COARSE)
     assert result["rate"] is None and result["reactive"] == {"rate": None, "ceiling_rate": None, "frames": 0}
     assert result["phases"] == [{"rate": None, "per_window": []}] * len(phases)
 
 
-def test_reactive_bound_of_a_long_run_is_that_of_ten_minutes() -> None:
+def test_reactive_bound_of_a_long_run_is_that_of_ten_minutes(body: MujocoBody) -> None:
     """Ten stretches of 900 frames from start to end; a run of ten minutes or less is taken whole."""
-    run = np.arange(50_000.0)[:, None]
-    stretches = module._stretches([run[:20_000], run[20_000:]])
+    run, vantages = np.arange(50_000.0)[:, None], [Vantages.of(body, COARSE)] * 2
+    stretches = [part for _, part in module._stretches(vantages, [run[:20_000], run[20_000:]])]
     assert [len(part) for part in stretches] == [900] * 10
     assert stretches[0][0] == 0 and stretches[-1][-1] == 49_999
     assert all((np.diff(part[:, 0]) == 1).all() for part in stretches)
-    [whole] = module._stretches([run[:4000], run[4000:9000]])
+    [(_, whole)] = module._stretches(vantages, [run[:4000], run[4000:9000]])
     np.testing.assert_array_equal(whole, run[:9000])
+
+
+def test_another_body_ends_a_stretch(body: MujocoBody) -> None:
+    """The arm moves on from phase to phase, but no head can be two robots'; each frame counts once, with its body."""
+    run = np.arange(300.0)[:, None]
+    own, injured = Vantages.of(body, COARSE), Vantages.of(body, COARSE)
+    phases = [run[:100], run[100:150], run[150:150], run[150:300]]
+    found = list(module._stretches([own, own, injured, injured], phases))
+    assert [owner for owner, _ in found] == [own, injured]
+    np.testing.assert_array_equal(found[0][1], run[:150])
+    np.testing.assert_array_equal(found[1][1], run[150:])
+
+
+def test_each_phase_is_asked_of_its_own_body(body: MujocoBody) -> None:
+    """With its camera taken away nothing can be seen; in the other phase all is as it was."""
+    arms, blind = wandering(body, 60), MujocoBody("nao", "kinematic")
+    blind.model.cam_pos[:] += 100.0
+    injured = blind.another()
+    result = ceiling([body, injured], [arms[:30], arms[30:]], every=1, grid=COARSE)
+    assert result["phases"][1]["rate"] == 0.0
+    assert result["phases"][0]["rate"] == reachable(Vantages.of(body, COARSE), arms[:30]).mean() > 0
+    for robot in (blind, injured):
+        robot.close()
 
 
 # -- the cache ---------------------------------------------------------------------------------------------------------
@@ -254,19 +278,23 @@ def no_computing(monkeypatch: pytest.MonkeyPatch) -> Any:
 def test_second_call_looks_the_result_up(body: MujocoBody, no_computing: Any) -> None:
     """Also for another body of the same kind; another arm, grid, speed or marker is another result."""
     arms = wandering(body, 30)
-    result = ceiling(body, [arms], grid=COARSE)
+    injured = MujocoBody("nao", "kinematic")
+    injured.model.cam_pos[:] += 0.001
+    result = ceiling([body], [arms], grid=COARSE)
     no_computing()
-    assert ceiling(MujocoBody("nao", "kinematic"), [arms.copy()], grid=COARSE) == result
+    assert ceiling([MujocoBody("nao", "kinematic")], [arms.copy()], grid=COARSE) == result
     for other in (
         {"arms_by_phase": [arms + 1e-9]},
-        {"arms_by_phase": [arms[:10], arms[10:]]},
+        {"bodies": [body, body], "arms_by_phase": [arms[:10], arms[10:]]},
         {"grid": (25, 8)},
-        {"head_speed": 1.0},
         {"window": 10},
-        {"body": MujocoBody("nao", "dynamic")},
+        {"every": 7},
+        {"bodies": [MujocoBody("nao", "kinematic", head_speed=1.0)]},
+        {"bodies": [MujocoBody("nao", "dynamic")]},
+        {"bodies": [injured]},
     ):
         with pytest.raises(Computed):
-            ceiling(**{"body": body, "arms_by_phase": [arms], "grid": COARSE, **other})
+            ceiling(**{"bodies": [body], "arms_by_phase": [arms], "grid": COARSE, **other})
 
 
 def test_cache_that_cannot_be_written_changes_nothing(
@@ -274,10 +302,10 @@ def test_cache_that_cannot_be_written_changes_nothing(
 ) -> None:
     """The folder's place is taken by a file."""
     arms = wandering(body, 30)
-    result = ceiling(body, [arms], grid=COARSE)
+    result = ceiling([body], [arms], grid=COARSE)
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
-    assert ceiling(body, [arms], grid=COARSE) == result
+    assert ceiling([body], [arms], grid=COARSE) == result
     assert (tmp_path / "file").read_text() == ""
 
 
@@ -285,10 +313,10 @@ def test_cache_that_cannot_be_written_changes_nothing(
 def test_broken_cache_file_is_written_anew(body: MujocoBody, cache: Path, content: str) -> None:
     """And no part of one is left behind."""
     arms = wandering(body, 30)
-    result = ceiling(body, [arms], grid=COARSE)
+    result = ceiling([body], [arms], grid=COARSE)
     [file] = cache.iterdir()
     file.write_text(content)
-    assert ceiling(body, [arms], grid=COARSE) == result
+    assert ceiling([body], [arms], grid=COARSE) == result
     assert [*cache.iterdir()] == [file] and json.loads(file.read_text()) == result
 
 
@@ -298,5 +326,5 @@ def test_without_the_variable_the_cache_is_in_the_home_folder(
     """In .cache/somatopy/ceiling."""
     monkeypatch.delenv("XDG_CACHE_HOME")
     monkeypatch.setenv("HOME", str(tmp_path))
-    ceiling(body, [wandering(body, 10)], grid=COARSE)
+    ceiling([body], [wandering(body, 10)], grid=COARSE)
     assert len([*(tmp_path / ".cache" / "somatopy" / "ceiling").iterdir()]) == 1

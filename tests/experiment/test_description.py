@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from dataclasses import FrozenInstanceError
 from pathlib import Path
 from typing import Any
 
@@ -14,10 +15,12 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from somatopy.analysis.runs import Run
-from somatopy.experiment import Description, DescriptionError, frames_of, load_description, paper
-from somatopy.experiment.description import validated
+from somatopy.experiment import Description, DescriptionError, Phase, Session, frames_of, load_description, paper
+from somatopy.experiment.description import SHORT_FORMS, validated
+from somatopy.registry import INTERVENTIONS
 
 RunShort = Callable[..., Run]
+SHORT = frozenset(SHORT_FORMS)
 
 DAMAGES = st.one_of(
     st.just({"kind": "none"}),
@@ -114,27 +117,39 @@ def test_empty_means_the_defaults() -> None:
 def test_it_is_frozen() -> None:
     """No part of a description can be changed."""
     description = paper()
-    for part, name in ((description, "seed"), (description.body, "motion"), (description.phases[0], "frames")):
-        with pytest.raises(ValidationError, match="frozen"):
+    for part, name in (
+        *((description, "seed"), (description.body, "motion"), (description.body.camera, "fovy")),
+        *((description.learner.arm_map, "shape"), (description.phases[0], "frames")),
+    ):
+        before = getattr(part, name)
+        with pytest.raises((ValidationError, FrozenInstanceError)):
             setattr(part, name, 1)
+        assert getattr(part, name) == before
 
 
-MAP_KEYS = "shape, learning_rate, elasticity"
+LEARNER_KEYS = "kind, arm_map, head_map, rule, link_rate, activation_slope, units, centring, ties, arm_codes"
+MAP_KEYS = "kind, shape, learning_rate, elasticity, preset, lattice, periodic"
+PHASE_KEYS = "name, frames, interventions, trend_breaks, start, plastic, damage"
 
 
 @pytest.mark.parametrize(
     ("table", "key", "valid"),
     [
         ({"sed": 1}, "sed", "name, seed, body, eye, babbling, learner, phases"),
-        ({"body": {"model": "nao", "speed": 1}}, "body.speed", "model, motion, head_speed"),
+        ({"body": {"model": "nao", "speed": 1}}, "body.speed", "kind, model, motion, head_speed, camera, marker"),
         ({"babbling": {"sped": 1}}, "babbling.sped", "kind, range, speed"),
-        ({"learner": {"kind": "hebbian", "rate": 1}}, "learner.rate", "kind, arm_map, head_map, link_rate, arm_codes"),
+        ({"learner": {"kind": "hebbian", "rate": 1}}, "learner.rate", LEARNER_KEYS),
         ({"learner": {"kind": "hebbian", "head_map": {"eta": 1}}}, "learner.head_map.eta", MAP_KEYS),
         ({"learner": {"kind": "random", "head": [0, 0]}}, "learner.head", "kind"),
         ({"learner": {"kind": "fixed", "arm_map": {}}}, "learner.arm_map", "kind, head"),
-        ({"phases": [{}, {"minutes": 3}]}, "phases.1.minutes", "name, frames, damage, trend_breaks, plastic, start"),
+        ({"phases": [{}, {"minutes": 3}]}, "phases.1.minutes", PHASE_KEYS),
         ({"phases": [{"damage": {"kind": "offset", "ofset": []}}]}, "phases.0.damage.ofset", "kind, offset"),
-        ({"phases": [{"damage": {"kind": "none", "offset": []}}]}, "phases.0.damage.offset", "kind"),
+        (
+            {"phases": [{"interventions": [{"kind": "plastic", "part": 1}]}]},
+            "phases.0.interventions.0.part",
+            "kind, parts",
+        ),
+        ({"body": {"camera": {"fow": 3}}}, "body.camera.fow", "fovy"),
     ],
 )
 def test_an_unknown_key_lists_the_valid_ones_of_its_place(table: dict[str, Any], key: str, valid: str) -> None:
@@ -151,7 +166,8 @@ def test_an_unknown_key_lists_the_valid_ones_of_its_place(table: dict[str, Any],
         ({"seed": 1.5}, ["seed = 1.5", "integer"]),
         ({"seed": "x"}, ["seed = 'x'", "integer"]),
         ({"name": "a b/c"}, ["name = 'a b/c'", "pattern"]),
-        ({"body": "nao"}, ["body = 'nao'", "must be a table"]),
+        ({"body": 3}, ["body = 3: must be a table with its kind", "choose one of mujoco"]),
+        ({"body": "nao"}, ["body.kind = 'nao' is unknown", "choose one of mujoco", "my_package.my_file:MyBody"]),
         ({"body": {"motion": "fast"}}, ["body.motion = 'fast'", "'dynamic' or 'kinematic'"]),
         ({"body": {"head_speed": 0}}, ["body.head_speed = 0", "greater than 0"]),
         ({"babbling": {"speed": float("inf")}}, ["babbling.speed = inf", "finite"]),
@@ -161,14 +177,26 @@ def test_an_unknown_key_lists_the_valid_ones_of_its_place(table: dict[str, Any],
         ({"learner": {"kind": "clever"}}, ["learner.kind = 'clever'", "hebbian, random, fixed, nearest"]),
         ({"learner": {}}, ["learner lacks its kind", "hebbian, random, fixed, nearest"]),
         ({"learner": {"kind": "hebbian", "arm_codes": "far"}}, ["learner.arm_codes = 'far'", "'uniform' or 'sampled'"]),
-        ({"learner": {"kind": "hebbian", "arm_map": {"shape": [9999, 9999]}}}, ["arm_map.shape", "1.0e+08", "smaller"]),
-        ({"phases": [{"start": "again"}]}, ["phases.0.start = 'again'", "'continue', 'afresh' or 'shuffled'"]),
+        ({"phases": [{"start": "again"}]}, ["phases.0.start = 'again'", "continue, afresh, shuffled"]),
         ({"phases": [{"plastic": "links"}]}, ["phases.0.plastic = 'links'", "must be a list"]),
+        ({"phases": [{"plastic": [3]}]}, ["phases.0.plastic.0 = 3", "string"]),
+        ({"phases": [{"interventions": {"kind": "offset"}}]}, ["phases.0.interventions", "must be a list"]),
+        (
+            {"phases": [{"interventions": [{"offset": [1]}]}]},
+            ["phases.0.interventions.0 lacks its kind", "offset, plastic"],
+        ),
+        (
+            {"phases": [{"damage": {"kind": "none", "offset": []}}]},
+            ["phases.0.damage", "none has no keys", "leave them"],
+        ),
         ({"eye": {"skip": 3}}, ["eye lacks its kind", "fiducial, geometric"]),
         ({"learner": {"kind": "hebbian", "link_rate": 0}}, ["learner.link_rate = 0", "greater than 0"]),
-        ({"learner": {"kind": "hebbian", "arm_map": {"shape": [0, 3]}}}, ["arm_map.shape", "at least 1", "0, 3"]),
-        ({"learner": {"kind": "hebbian", "arm_map": {"learning_rate": 2}}}, ["arm_map.learning_rate = 2", "1"]),
-        ({"learner": {"kind": "hebbian", "arm_map": {"elasticity": 0}}}, ["learner.arm_map.elasticity = 0", "0"]),
+        (
+            {"learner": {"kind": "hebbian", "arm_map": {"elasticity": "x"}}},
+            ["learner.arm_map.elasticity = 'x'", "number"],
+        ),
+        ({"learner": {"kind": "hebbian", "arm_map": {"kind": "sam"}}}, ["learner.arm_map.kind = 'sam'", "dsom, som"]),
+        ({"learner": {"kind": "hebbian", "rule": "anti"}}, ["learner.rule.kind = 'anti'", "positive, normalised"]),
         ({"phases": []}, ["phases", "at least one phase"]),
         ({"phases": 3}, ["phases = 3", "must be a list"]),
         ({"phases": [{"frames": -1}]}, ["phases.0.frames = -1", "greater than or equal to 0"]),
@@ -176,7 +204,7 @@ def test_an_unknown_key_lists_the_valid_ones_of_its_place(table: dict[str, Any],
         ({"phases": [{"name": "a"}, {"name": "a"}]}, ["phases", "names of their own", "['a', 'a']"]),
         ({"phases": [{"trend_breaks": [7, 3]}]}, ["phases.0.trend_breaks", "increasing", "[7, 3]"]),
         ({"phases": [{"trend_breaks": [0]}]}, ["phases.0.trend_breaks", "positive", "[0]"]),
-        ({"phases": [{"damage": {"kind": "rust"}}]}, ["phases.0.damage.kind = 'rust'", "none, offset"]),
+        ({"phases": [{"damage": {"kind": "rust"}}]}, ["phases.0.damage.kind = 'rust'", "offset, plastic"]),
         ({"phases": [{"damage": {"kind": "offset", "offset": [float("nan")]}}]}, ["phases.0.damage.offset.0 = nan"]),
     ],
 )
@@ -187,7 +215,28 @@ def test_a_wrong_value_is_named_with_its_key(table: dict[str, Any], parts: list[
     message = str(caught.value)
     assert message.startswith("my.toml: ") and message.count("my.toml") == 1
     assert all(part in message for part in parts), message
-    assert not any(word in message for word in ("Value error", "tuple", "pydantic", "BodyChoice", "\n"))
+    assert not any(word in message for word in ("Value error", "tuple", "pydantic", "dataclass", "ctx", "\n"))
+
+
+@pytest.mark.parametrize(
+    ("arm_map", "parts"),
+    [
+        ({"shape": [9999, 9999]}, ["1e+07 units", "1.0e+08", "smaller"]),
+        ({"shape": [0, 3]}, ["shape", "at least 1", "(0, 3)"]),
+        ({"learning_rate": 2}, ["learning_rate", "over 0 and at most 1", "2.0"]),
+        ({"elasticity": 0}, ["elasticity", "over 0", "0.0"]),
+        ({"lattice": "round"}, ["unknown lattice 'round'", "rectangular", "hexagonal"]),
+        ({"kind": "neural-gas"}, ["on a lattice", "NeuralGas is none"]),
+    ],
+)
+def test_what_only_a_part_can_tell_is_told_when_the_session_is_built(
+    short: Callable[..., Description], arm_map: dict[str, Any], parts: list[str]
+) -> None:
+    """Before a frame or a folder, with the key of the part."""
+    with pytest.raises(DescriptionError) as caught:
+        Session(short(learner={"kind": "hebbian", "arm_map": arm_map}))
+    message = str(caught.value)
+    assert message.startswith("learner: arm_map") and all(part in message for part in parts), message
 
 
 def test_all_that_is_wrong_is_said_at_once() -> None:
@@ -199,8 +248,135 @@ def test_all_that_is_wrong_is_said_at_once() -> None:
 def test_a_changed_copy_is_validated_again() -> None:
     """`replaced` changes top-level tables and refuses what a file could not say either."""
     assert paper().replaced(seed=7).seed == 7 and paper().seed == 0
-    with pytest.raises(DescriptionError, match="unknown key 'sed'"):
+    with pytest.raises(DescriptionError, match=r"The changed description: unknown key 'sed'; valid keys there: name, "):
         paper().replaced(sed=7)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"frames": -5}, r"The changed phase: frames = -5: .*greater than or equal to 0"),
+        ({"minutes": 3}, r"unknown key 'minutes'; valid keys there: name, frames, interventions, .*, damage"),
+        ({"trend_breaks": [7, 3]}, r"trend_breaks: .*increasing"),
+        ({"damage": "rust"}, r"damage.kind = 'rust' is unknown; choose one of offset"),
+        ({"damage": {"kind": "offset", "offset": [0, float("inf")]}}, r"damage.offset.1 = inf: must be finite"),
+        ({"start": "again"}, r"start = 'again': choose one of continue"),
+        ({"plastic": "links"}, r"plastic = 'links': must be a list"),
+        ({"interventions": [{"kind": "rust"}]}, r"interventions.0.kind = 'rust' is unknown"),
+    ],
+)
+def test_a_changed_phase_is_validated_again(changes: dict[str, Any], message: str) -> None:
+    """With the key as a phase has it; the phase itself stays as it was."""
+    phase, before = paper().phases[1], paper().phases[1]
+    with pytest.raises(DescriptionError, match=message):
+        phase.replaced(**changes)
+    assert phase == before
+
+
+@pytest.mark.parametrize(
+    ("part", "changes", "message"),
+    [
+        ("body", {"motion": "fast"}, "motion.*'dynamic' or 'kinematic'"),
+        ("body", {"camera": {"fovy": 0}}, "camera.fovy.*greater than 0"),
+        ("babbling", {"speed": -1}, "speed.*greater than 0"),
+        ("learner", {"link_rate": float("nan")}, "link_rate"),
+        ("learner", {"arm_map": {"kind": "sam"}}, "arm_map.*'sam'"),
+        ("learner", {"rate": 1}, "rate"),
+    ],
+)
+def test_changed_settings_are_validated_again(part: str, changes: dict[str, Any], message: str) -> None:
+    """As a DescriptionError in one sentence, which is what every caller of `replaced` gets."""
+    settings = getattr(paper(), part)
+    with pytest.raises(ValueError, match=message) as caught:
+        settings.replaced(**changes)
+    assert "\n" not in str(caught.value)
+
+
+def test_changed_settings_keep_the_rest() -> None:
+    """Of settings, too, all that is not named stays, and the new ones are of the same kind."""
+    learner = paper().learner
+    changed = learner.replaced(link_rate=0.5)
+    assert (changed.link_rate, changed.kind) == (0.5, "hebbian") and changed.replaced(link_rate=0.01) == learner
+    assert paper().body.replaced(camera={"fovy": 50}).camera.fovy == 50
+
+
+# -- short forms of a phase --------------------------------------------------------------------------------------------
+
+OFFSET = {"kind": "offset", "offset": [0.1, 0.2, 0.3, 0.4]}
+NOISE = "somatopy.interventions.offset:JointOffset"
+
+
+@pytest.mark.parametrize(
+    ("table", "kinds", "damage"),
+    [
+        ({}, [], "none"),
+        ({"damage": "none"}, [], "none"),
+        ({"damage": {"kind": "none"}}, [], "none"),
+        ({"damage": OFFSET}, ["offset"], "offset"),
+        ({"damage": "offset"}, ["offset"], "offset"),
+        ({"plastic": []}, ["plastic"], "none"),
+        ({"plastic": ["links"], "damage": OFFSET}, ["plastic", "offset"], "offset"),
+        ({"damage": OFFSET, "plastic": ["links"], "start": "afresh"}, ["afresh", "plastic", "offset"], "offset"),
+        ({"start": "continue"}, [], "none"),
+        ({"start": "shuffled", "interventions": [OFFSET]}, ["shuffled", "offset"], "offset"),
+        (
+            {"damage": OFFSET, "interventions": [OFFSET, {"kind": "afresh"}]},
+            ["offset", "offset", "afresh"],
+            "offset+offset",
+        ),
+        ({"interventions": [{"kind": NOISE, "offset": 1}, OFFSET]}, [NOISE, "offset"], f"{NOISE}+offset"),
+    ],
+)
+def test_short_forms_become_interventions(table: dict[str, Any], kinds: list[str], damage: str) -> None:
+    """In the order start, plastic, damage, then those that are listed, whatever the order of the keys.
+
+    The damage is one text; what touches only the learner is none.
+    """
+    for said in (table, dict(reversed(table.items()))):
+        phase = Phase.model_validate(said)
+        assert [settings.kind for settings in phase.interventions] == kinds
+        assert phase.damage == damage
+        [same] = validated({"phases": [said]}, "table").phases
+        assert same == phase == Phase(**said)
+
+
+def test_a_short_form_says_what_its_table_says() -> None:
+    """`plastic` lists parts, `damage` is the settings of an intervention; defaults are those of the kind."""
+    phase = Phase(plastic=["links"], damage=OFFSET)  # type: ignore[call-arg]
+    plastic, offset = phase.interventions
+    assert plastic == INTERVENTIONS.validated({"kind": "plastic", "parts": ["links"]})
+    assert offset == INTERVENTIONS.validated(OFFSET) != INTERVENTIONS.validated("offset")
+
+
+@pytest.mark.parametrize(
+    ("changes", "kinds"),
+    [
+        ({}, ["afresh", "plastic", "offset", "plastic"]),
+        ({"frames": 1}, ["afresh", "plastic", "offset", "plastic"]),
+        ({"damage": "none"}, ["afresh", "plastic", "plastic"]),
+        ({"damage": OFFSET}, ["offset", "afresh", "plastic", "plastic"]),
+        ({"start": "continue"}, ["plastic", "offset", "plastic"]),
+        ({"start": "shuffled"}, ["shuffled", "plastic", "offset", "plastic"]),
+        ({"plastic": None}, ["afresh", "offset"]),
+        ({"plastic": [], "damage": "none"}, ["plastic", "afresh"]),
+        ({"interventions": []}, []),
+        ({"interventions": [OFFSET], "start": "afresh"}, ["afresh", "offset"]),
+    ],
+)
+def test_a_short_form_replaces_what_it_stands_for(changes: dict[str, Any], kinds: list[str]) -> None:
+    """All interventions of that sort go, all others stay in their order; `interventions` replaces every one."""
+    phase = Phase.model_validate(
+        {"start": "afresh", "plastic": ["links"], "damage": OFFSET, "interventions": [{"kind": "plastic"}]}
+    )
+    assert sorted(s.kind for s in phase.replaced(**changes).interventions) == sorted(kinds)
+
+
+@given(TABLES)
+def test_a_phase_written_long_is_the_phase_written_short(table: dict[str, Any]) -> None:
+    """What a run folder holds, interventions in full, reads as what was written in short forms."""
+    described = validated(table, "short")
+    assert all(not SHORT.intersection(phase) for phase in described.model_dump()["phases"])
+    assert validated(described.model_dump(mode="json"), "long") == described
 
 
 def test_files_that_cannot_be_read(tmp_path: Path) -> None:

@@ -4,23 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
 
 from somatopy.analysis.runs import Run
 from somatopy.bodies import MujocoBody
-from somatopy.experiment import Description, DescriptionError, Experiment, loop
-from somatopy.experiment.checkpoint import FILE
-from somatopy.experiment.damage import NoDamage
+from somatopy.contract import Stage
+from somatopy.experiment import Description, DescriptionError, RunFolder, Session
 from somatopy.experiment.evaluate import evaluate
-from somatopy.experiment.recorder import prepare_folder
+from somatopy.experiment.run_folder import CHECKPOINT
+from somatopy.interventions import NoIntervention
+from somatopy.learners import FixedGaze
 
 Short = Callable[..., Description]
 RunShort = Callable[..., Run]
 
-KEYS = {"eye", "postures", "reachable", "rate", "efficiency", "gaze_error_deg"}
+KEYS = {"eye", "damage", "postures", "reachable", "rate", "efficiency", "gaze_error_deg"}
 AWAY = {"kind": "fixed", "head": [-1.5, 0.0]}
 AHEAD = {"kind": "fixed", "head": [0.6, 0.3]}
 
@@ -57,17 +58,100 @@ def test_a_gaze_is_judged_by_where_it_is(run_short: RunShort) -> None:
     assert away["reachable"] == ahead["reachable"]
 
 
-def test_the_learner_perceives_the_last_damage(run_short: RunShort) -> None:
+def test_the_learner_perceives_the_damage_of_the_phase_reached(run_short: RunShort) -> None:
     """A gaze that ignores the arm is judged alike with any damage; what was learned is asked of shifted postures."""
     hurt: dict[str, Any] = {"damage": {"kind": "offset"}}
     found = {}
     for name, learner in (("blind", AHEAD), ("learned", {"kind": "hebbian"})):
         for damage in ({}, hurt):
-            phases = [{"name": "a", "frames": 200}, {"name": "b", "frames": 0, **damage}]
+            phases = [{"name": "a", "frames": 200}, {"name": "b", "frames": 1, "plastic": [], **damage}]
+            if name == "blind":
+                phases[1].pop("plastic")
             found[name, bool(damage)] = evaluate(run_short(f"{name}{damage}", learner=learner, phases=phases).path, 200)
-    assert found["blind", True] == found["blind", False]
+            assert found[name, bool(damage)]["damage"] == ("offset" if damage else "none")
+    assert _asked(found["blind", True]) == _asked(found["blind", False])
     assert found["learned", True]["reachable"] == found["learned", False]["reachable"]
     assert found["learned", True]["gaze_error_deg"] != found["learned", False]["gaze_error_deg"]
+
+
+def _asked(result: dict[str, Any]) -> dict[str, Any]:
+    return {key: value for key, value in result.items() if key != "damage"}
+
+
+def test_a_phase_that_never_ran_damages_nothing(run_short: RunShort, short: Short, tmp_path: Path) -> None:
+    """Of 0 frames, or not yet reached: the answer is that of a run without that phase, and the damage is "none"."""
+    alone = {"name": "a", "frames": 200}
+    expected = evaluate(run_short("alone", phases=[alone]).path, 200)
+    assert expected["damage"] == "none"
+    for name, hurt in (("none", {"kind": "offset"}), ("torn", TornOff)):
+        never = {"name": "b", "frames": 0, "interventions": [hurt]}
+        parts = {"interventions": {"b": [TornOff]}} if name == "torn" else {}
+        assert evaluate(run_short(name, phases=[alone, never]).path, 200, **parts) == expected
+        assert evaluate(run_short(f"{name} first", phases=[never, alone]).path, 200, **parts) == expected
+    later = short(phases=[alone, {"name": "b", "frames": 50, "damage": {"kind": "offset"}}])
+    assert evaluate(stopped_at(200, later, tmp_path / "stopped"), 200) == expected
+
+
+def test_a_run_without_frames_has_no_damage(run_short: RunShort) -> None:
+    """No phase has been reached, whatever the description has in store."""
+    phases = [{"name": "a", "frames": 0}, {"name": "b", "frames": 0, "damage": {"kind": "offset"}}]
+    assert evaluate(run_short(phases=phases).path, 20)["damage"] == "none"
+
+
+def stopped_at(frame: int, description: Description, folder: Path, **own: Any) -> Path:
+    """The folder of a run that was stopped after so many frames."""
+    with Session(description, **own) as session:
+        opened = RunFolder.new(folder, session.description)
+        with opened.recording(session):
+            for _ in session:
+                if session.done == frame:
+                    break
+    return opened.path
+
+
+class Spy(NoIntervention):
+    """Counts what is done to it."""
+
+    calls: ClassVar[list[str]] = []
+
+    def begin(self, stage: Stage) -> None:
+        self.calls.append("begin")
+
+    def hold(self, stage: Stage) -> None:
+        self.calls.append("hold")
+
+    def release(self, stage: Stage) -> None:
+        self.calls.append("release")
+
+
+@pytest.mark.parametrize("frame", [60, 100, 120, 200])
+def test_it_injures_once(frame: int, short: Short, tmp_path: Path) -> None:
+    """In mid-phase, at the phase's last frame, and later where it is in force no more: nothing begins anew."""
+    phases = [{"name": "a", "frames": 50}, {"name": "b", "frames": 50}, {"name": "c", "frames": 100}]
+    own = {"interventions": {"b": [Spy]}}
+    folder = stopped_at(frame, short(phases=phases), tmp_path / "run", **own)
+    Spy.calls.clear()
+    result = evaluate(folder, 5, **own)
+    reached = frame <= 100
+    assert Spy.calls == (["hold", "release"] if reached else [])
+    assert result["damage"].endswith("Spy") == reached and (reached or result["damage"] == "none")
+
+
+def test_the_body_is_closed_whatever_happens(run_short: RunShort, monkeypatch: pytest.MonkeyPatch) -> None:
+    """After an answer, and after a checkpoint that does not fit: no renderer and no connection is left open."""
+    closed: list[MujocoBody] = []
+    monkeypatch.setattr(MujocoBody, "close", lambda self: closed.append(self))
+    run = run_short(learner=AHEAD, phases=[{"name": "a", "frames": 3}])
+    closed.clear()
+    evaluate(run.path, 3)
+    assert closed
+    closed.clear()
+    other = run_short("other", learner={"kind": "random"}, phases=[{"frames": 3}])
+    (run.path / CHECKPOINT).write_bytes((other.path / CHECKPOINT).read_bytes())
+    closed.clear()
+    with pytest.raises(DescriptionError):
+        evaluate(run.path, 3)
+    assert closed
 
 
 def test_a_gaze_beyond_the_limits_is_judged_at_the_limits(run_short: RunShort) -> None:
@@ -83,21 +167,26 @@ def test_a_gaze_beyond_the_limits_is_judged_at_the_limits(run_short: RunShort) -
     assert found[0] == found[1]
 
 
-def test_an_injured_body_is_judged_injured(run_short: RunShort, monkeypatch: pytest.MonkeyPatch) -> None:
-    """With its camera torn off in the last phase nothing can be reached; intact, the same gaze sees much."""
-    run = run_short(learner=AHEAD, phases=[{"name": "intact", "frames": 3}, {"name": "hurt", "frames": 3}])
-    assert evaluate(run.path, 100)["rate"] > 0.05
-    real = loop.build_damage
-    monkeypatch.setattr(loop, "build_damage", lambda p, body: TornOff() if p.name == "hurt" else real(p, body))
-    hurt = evaluate(run.path, 100)
-    assert (hurt["rate"], hurt["reachable"], hurt["efficiency"]) == (0.0, 0.0, None)
-
-
-class TornOff(NoDamage):
+class TornOff(NoIntervention):
     """Takes the robot's cameras 100 m away."""
 
-    def injure(self, body: MujocoBody) -> None:  # type: ignore[override]
-        body.model.cam_pos[:] += 100.0
+    alters_ceiling = True
+
+    def hold(self, stage: Stage) -> None:
+        stage.body.model.cam_pos[:] += 100.0  # type: ignore[attr-defined]
+
+    def release(self, stage: Stage) -> None:
+        stage.body.model.cam_pos[:] -= 100.0  # type: ignore[attr-defined]
+
+
+def test_an_injured_body_is_judged_injured(run_short: RunShort) -> None:
+    """With its camera torn off in the last phase nothing can be reached; intact, the same gaze sees much."""
+    intact = {"name": "intact", "frames": 3}
+    assert evaluate(run_short("well", learner=AHEAD, phases=[intact]).path, 100)["rate"] > 0.05
+    phases = [intact, {"name": "hurt", "frames": 3, "interventions": [TornOff]}]
+    hurt = evaluate(run_short("hurt", learner=AHEAD, phases=phases).path, 100, interventions={"hurt": [TornOff]})
+    assert (hurt["rate"], hurt["reachable"], hurt["efficiency"]) == (0.0, 0.0, None)
+    assert hurt["damage"].endswith("TornOff")
 
 
 def test_postures_come_from_the_babbling_range(run_short: RunShort) -> None:
@@ -117,9 +206,34 @@ def test_every_posture_counts_once(run_short: RunShort) -> None:
 
 def test_an_interrupted_run_can_be_asked(short: Short, tmp_path: Path) -> None:
     """It has a checkpoint."""
-    folder = prepare_folder(tmp_path / "run", short())
-    Experiment(short()).run(folder, lambda running: running.done == 77)
-    assert set(evaluate(folder, 20)) == KEYS
+    assert set(evaluate(stopped_at(77, short(), tmp_path / "run"), 20)) == KEYS
+
+
+def test_a_body_without_a_model_of_itself_cannot_be_asked(short: Short, tmp_path: Path) -> None:
+    """The message says which run, and why."""
+    own = {"body": Untwinned, "eye": Blind, "learner": lambda robot, rng: FixedGaze([0.6, 0.3])}
+    folder = stopped_at(3, short(phases=[{"name": "a", "frames": 3}]), tmp_path / "run", **own)
+    with pytest.raises(DescriptionError, match=f"body of {folder} has no model of itself"):
+        evaluate(folder, 3, **own)
+
+
+class Blind:
+    """An eye that never sees."""
+
+    def __init__(self, body: object) -> None: ...
+
+    def look(self, reading: object) -> None:
+        return None
+
+
+class Untwinned:
+    """A simulated robot that tells no more than a real one would."""
+
+    def __init__(self) -> None:
+        body = MujocoBody("nao", "kinematic")
+        self.arm, self.head, self.camera, self.marker = body.arm, body.head, body.camera, body.marker
+        self.reset, self.step, self.close = body.reset, body.step, body.close
+        self.state, self.restore = body.state, body.restore
 
 
 @pytest.mark.gl
@@ -143,16 +257,16 @@ def test_what_cannot_be_asked_is_named(run_short: RunShort, tmp_path: Path) -> N
     for folder in (tmp_path / "none", tmp_path):
         with pytest.raises(DescriptionError, match=f"{folder / 'experiment.toml'}"):
             evaluate(folder)
-    checkpoint = run.path / FILE
+    checkpoint = run.path / CHECKPOINT
     whole = checkpoint.read_bytes()
     checkpoint.unlink()
-    with pytest.raises(DescriptionError, match=f"{checkpoint} is no checkpoint that can be read: .*No such file"):
+    with pytest.raises(DescriptionError, match=f"{run.path} has no {CHECKPOINT}.*nothing was changed"):
         evaluate(run.path)
     for broken in (b"", whole[:999], whole[:-1]):
         checkpoint.write_bytes(broken)
         with pytest.raises(DescriptionError, match=f"{checkpoint} is no checkpoint that can be read"):
             evaluate(run.path)
     other = run_short("other", learner={"kind": "random"}, phases=[{"frames": 3}])
-    checkpoint.write_bytes((other.path / FILE).read_bytes())
-    with pytest.raises(DescriptionError, match=f"{checkpoint} does not fit"):
+    checkpoint.write_bytes((other.path / CHECKPOINT).read_bytes())
+    with pytest.raises(DescriptionError, match=r"is not what this run began with: .*learner.kind"):
         evaluate(run.path)

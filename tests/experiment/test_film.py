@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from somatopy.bodies import BODIES, BodyError, MujocoBody
+from somatopy.bodies import MODELS, BodyError, MujocoBody
 from somatopy.experiment import Description
 from somatopy.experiment.film import photographs, portrait
 from somatopy.eyes import FiducialEye, GeometricEye
+from somatopy.registry import Settings
 
 Short = Callable[..., Description]
 Postures = list[tuple[np.ndarray, np.ndarray]]
@@ -80,7 +82,7 @@ def test_photographs_show_what_the_eye_finds(short: Short, postures: Postures) -
     """Tags and the hand's pixel are those of the detector on the same posture, and are in the picture itself."""
     robot = MujocoBody("nao", motion="kinematic", arm_speed=None)
     eye = FiducialEye(robot.camera, robot.marker)
-    taken = photographs(short(), *zip(*postures, strict=True))
+    taken = photographs(short().body, *zip(*postures, strict=True))
     assert len(taken) == len(postures)
     seen = 0
     for (arm, head), photograph in zip(postures, taken, strict=True):
@@ -103,18 +105,18 @@ def test_photographs_are_of_the_recorded_posture_whatever_the_motion(short: Shor
     """Physics or none, fast or slow babbling: the pictures of a posture are the same; none asked, none taken."""
     arms, heads = zip(*postures[:2], strict=True)
     one, other = (
-        [photograph.image.tobytes() for photograph in photographs(description, arms, heads)]
-        for description in (short(), short(body={"motion": "dynamic"}, babbling={"speed": 0.1}))
+        [photograph.image.tobytes() for photograph in photographs(body, arms, heads)]
+        for body in (short().body, {"kind": "mujoco", "motion": "dynamic", "head_speed": 0.1})
     )
     assert one == other
-    assert photographs(short(), [], []) == []
+    assert photographs(short().body, [], []) == []
 
 
 @pytest.mark.gl
 def test_a_portrait_shows_the_robot(short: Short) -> None:
     """Of the size asked, with more than background in it; another posture is another picture."""
-    one = portrait(short(), [0.4, 0.2, -0.8, -0.6], [0.3, 0.1], size=(200, 150))
-    other = portrait(short(), [-0.4, 0.2, -0.8, -0.6], [0.3, 0.1], size=(200, 150))
+    one = portrait(short().body, [0.4, 0.2, -0.8, -0.6], [0.3, 0.1], size=(200, 150))
+    other = portrait(short().body, [-0.4, 0.2, -0.8, -0.6], [0.3, 0.1], size=(200, 150))
     assert one.shape == other.shape == (150, 200, 3)
     changed = (one != other).any(axis=2)
     assert 0.005 < changed.mean() < 0.5
@@ -124,9 +126,25 @@ def test_a_portrait_shows_the_robot(short: Short) -> None:
 @pytest.mark.gl
 def test_a_portrait_needs_its_camera(short: Short, tmp_path: Path) -> None:
     """A model without a camera of that name: it and those there are are named."""
-    source = BODIES["nao"]
+    source = MODELS["nao"]
     (tmp_path / "nao.toml").write_text(source.read_text())
     model = (source.parent / "nao.xml").read_text()
     (tmp_path / "nao.xml").write_text(model.replace('name="outside"', 'name="inside"'))
     with pytest.raises(BodyError, match=r"'outside' does not exist\. Available: .*CameraBottom"):
-        portrait(short(body={"model": str(tmp_path / "nao.toml")}), np.zeros(4), np.zeros(2))
+        portrait({"model": str(tmp_path / "nao.toml")}, np.zeros(4), np.zeros(2))
+
+
+def test_a_body_that_cannot_be_posed_is_refused_by_name() -> None:
+    """It is closed all the same."""
+    closed: list[object] = []
+
+    class Rigid(Settings):
+        own_kind = "rigid"
+
+        def build(self, context: object) -> object:
+            return SimpleNamespace(close=lambda: closed.append(self))
+
+    for call in (lambda: photographs(Rigid(), [], []), lambda: portrait(Rigid(), [], [])):
+        with pytest.raises(BodyError, match=r"body 'rigid' cannot be put into postures at once: it has no place\(\)"):
+            call()
+    assert len(closed) == 2

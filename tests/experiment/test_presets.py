@@ -9,10 +9,12 @@ import numpy as np
 import pytest
 
 from somatopy.analysis.runs import Run
-from somatopy.analysis.windows import WINDOW
-from somatopy.experiment import PRESETS, Description, Experiment, frames_of, paper
+from somatopy.clock import WINDOW
+from somatopy.experiment import PRESETS, Description, Phase, Session, frames_of, paper
 from somatopy.experiment.checkpoint import read_checkpoint
+from somatopy.experiment.description import stands_for
 from somatopy.experiment.presets import CONTROLS
+from somatopy.registry import INTERVENTIONS
 
 Short = Callable[..., Description]
 RunShort = Callable[..., Run]
@@ -25,8 +27,9 @@ def test_the_paper_in_full() -> None:
     assert intact.frames == pytest.approx(frames_of(197.58), abs=5)
     assert damaged.frames == pytest.approx(frames_of(106.72), abs=5)
     assert (intact.frames // WINDOW, damaged.frames // WINDOW) == (39, 21)
-    assert intact.damage.kind == "none"
-    assert damaged.damage.model_dump() == {"kind": "offset", "offset": (0.1265, 1.1411, 1.2295, -0.2242)}
+    assert intact.damage == "none" and intact.interventions == ()
+    [offset] = damaged.interventions
+    assert INTERVENTIONS.dumped(offset) == {"kind": "offset", "offset": (0.1265, 1.1411, 1.2295, -0.2242)}
 
 
 def test_the_second_phase_has_two_trends() -> None:
@@ -39,10 +42,29 @@ def test_the_second_phase_has_two_trends() -> None:
 def test_the_paper_learns_with_two_30x30_maps_and_a_link_rate_of_0_01() -> None:
     """Sizes and rates of section III; physics and the rendered eye are the default."""
     description = paper()
-    learner = description.learner.model_dump()
+    learner = description.model_dump()["learner"]
     assert learner["kind"] == "hebbian" and learner["link_rate"] == 0.01
     assert learner["arm_map"]["shape"] == learner["head_map"]["shape"] == (30, 30)
+    assert learner["arm_map"]["kind"] == learner["head_map"]["kind"] == "dsom"
+    assert (learner["rule"]["kind"], learner["activation_slope"], learner["units"]) == ("positive", 1.0, "unit")
     assert (description.body.motion, description.eye.kind, description.body.model) == ("dynamic", "fiducial", "nao")
+
+
+def test_the_library_of_2016_is_the_same_experiment_with_another_learner() -> None:
+    """All but name and learner is the paper's; the learner is what docs and library say, and it can be built."""
+    variant = PRESETS["paper-2016"]()
+    assert variant.replaced(name="paper", learner=paper().learner) == paper()
+    table = variant.model_dump()["learner"]
+    for side in ("arm_map", "head_map"):
+        assert (table[side]["preset"], table[side]["learning_rate"], table[side]["elasticity"]) == (
+            "schillaci2016",
+            0.2,
+            1.5,
+        )
+    assert (table["rule"]["kind"], table["activation_slope"]) == ("normalised", 2.0)
+    assert (table["units"], table["centring"]) == ("radian", "none")
+    with Session(variant.replaced(body={"motion": "kinematic"}, eye="geometric")) as session:
+        assert next(session).probes["arm_distance"] > 0
 
 
 def test_presets_are_made_anew_and_valid() -> None:
@@ -58,7 +80,7 @@ def test_presets_are_made_anew_and_valid() -> None:
 def control(name: str, description: Description) -> Description:
     """That control of it, each phase after the first 100 frames long."""
     made = CONTROLS[name](description)
-    return made.replaced(phases=[made.phases[0], *(p.model_copy(update={"frames": 100}) for p in made.phases[1:])])
+    return made.replaced(phases=[made.phases[0], *(p.replaced(frames=100) for p in made.phases[1:])])
 
 
 @pytest.fixture
@@ -69,24 +91,21 @@ def run_control(run_short: RunShort, short: Short) -> Callable[[str], Run]:
 
 def ends(run: Run) -> list[dict[str, Any]]:
     """The learner's state at the end of each phase."""
-    return [read_checkpoint(run.path / f"phase-{k}.npz")["learner"] for k in range(2)]
+    return [read_checkpoint(run.path / f"phase-{k}.npz")["session"]["learner"] for k in range(2)]
 
 
 def arms(run: Run) -> np.ndarray:
-    names = [name for name in run.columns if name.startswith("arm_") and name.endswith("_rad")]
-    assert len(names) == 8
-    table = run.frames(names)
-    return np.column_stack([table[name].to_numpy() for name in names])
+    return np.column_stack([run.postures("arm"), run.postures("arm", "command")])
 
 
 def test_every_control_is_a_preset() -> None:
     """Named after the paper's experiment, of the same robot, eye, babbling and first phase's damage."""
-    assert set(PRESETS) == {"paper", *(f"paper-{name}" for name in CONTROLS)}
+    assert set(PRESETS) == {"paper", "paper-2016", *(f"paper-{name}" for name in CONTROLS)}
     for name, make in PRESETS.items():
         made = make()
         assert made.name == name
         assert (made.seed, made.body, made.eye, made.babbling) == (0, paper().body, paper().eye, paper().babbling)
-        assert (made.phases[0].frames, made.phases[0].damage) == (177_823, paper().phases[0].damage)
+        assert (made.phases[0].frames, made.phases[0].damage) == (177_823, "none")
 
 
 def test_all_controls_of_a_seed_see_the_same_arm(run_control: Callable[[str], Run], run_short: RunShort) -> None:
@@ -108,7 +127,8 @@ PARTS = {"arm_map": "codebook", "head_map": "codebook", "links": "link_weight"}
 @pytest.mark.parametrize("name", ["frozen", "sampled"])
 def test_frozen_maps_never_change_and_links_do(name: str, run_control: Callable[[str], Run], short: Short) -> None:
     """From the first frame to the last, in both phases."""
-    start = Experiment(control(name, short())).learner.state()
+    with Session(control(name, short())) as session:
+        start = session.learner.state()
     first, second = ends(run_control(name))
     assert changed(start, first) == changed(first, second) == {"links"}
 
@@ -130,15 +150,21 @@ def test_shuffled_is_judged_intact_for_three_windows(short: Short) -> None:
     """Its second phase has no damage, nothing plastic and 3 windows; what came after the first phase is left away."""
     intact, after = CONTROLS["shuffled"](short()).phases
     assert intact == short().phases[0]
-    assert (after.frames, after.damage.kind, after.plastic, after.start) == (3 * WINDOW, "none", (), "shuffled")
+    assert (after.frames, after.damage) == (3 * WINDOW, "none")
+    assert done(after) == [{"kind": "shuffled"}, {"kind": "plastic", "parts": ()}]
+
+
+def done(phase: Phase) -> list[dict[str, Any]]:
+    """What is done in a phase, as tables."""
+    return [INTERVENTIONS.dumped(settings) for settings in phase.interventions]
 
 
 def test_scratch_knows_nothing_after_the_first_phase(run_control: Callable[[str], Run], short: Short) -> None:
     """Later phases begin afresh, with all parts plastic and the damage of the experiment."""
     first, *later = CONTROLS["scratch"](short()).phases
     assert first == short().phases[0]
-    assert [(p.start, p.plastic, p.damage, p.frames) for p in later] == [
-        ("afresh", None, p.damage, p.frames) for p in short().phases[1:]
+    assert [(done(p), p.frames) for p in later] == [
+        ([{"kind": "afresh"}, *done(p)], p.frames) for p in short().phases[1:]
     ]
     one, two = ends(run_control("scratch"))
     assert changed(one, two) == set(PARTS)
@@ -157,13 +183,25 @@ def test_a_control_keeps_the_settings_of_the_experiment(short: Short) -> None:
             200,
         )
         if made.learner.kind == "hebbian":
-            same = made.learner.model_dump() | {"arm_codes": "uniform"}
-            assert same == experiment.learner.model_dump()
-            assert (made.learner.arm_codes == "sampled") == (name == "sampled")  # type: ignore[union-attr]
+            assert made.learner.replaced(arm_codes="uniform") == experiment.learner
+            assert (made.learner.arm_codes == "sampled") == (name == "sampled")  # type: ignore[attr-defined]
 
 
 @pytest.mark.parametrize("name", ["random", "fixed", "nearest", "sampled"])
 def test_a_control_with_another_learner_runs_whatever_parts_the_phases_name(name: str, short: Short) -> None:
     """What a phase says of the parts of the experiment's learner does not stop a control that has none of them."""
     phases = [{"name": "a", "plastic": ["links"]}, {"name": "b", "start": "shuffled", "plastic": ["arm_map"]}]
-    Experiment(CONTROLS[name](short(phases=phases)))
+    with Session(CONTROLS[name](short(phases=phases))) as session:
+        next(session)
+
+
+@pytest.mark.parametrize("name", CONTROLS)
+def test_a_control_keeps_the_damage_of_the_experiment(name: str, short: Short) -> None:
+    """Interventions on the body or the senses stay in every phase that stays, in their order, own ones too."""
+    offsets = [{"kind": "offset", "offset": [0.1 * k, 0, 0, 0]} for k in (1, 2)]
+    phases = [{"name": "a"}, {"name": "b", "plastic": ["links"], "interventions": offsets}]
+    made = CONTROLS[name](short(phases=phases))
+    kept = [[settings for settings in p.interventions if stands_for("damage", settings.kind)] for p in made.phases]
+    assert kept[0] == []
+    if name != "shuffled":
+        assert kept[1] == [INTERVENTIONS.validated(offset) for offset in offsets]

@@ -13,7 +13,7 @@ import pytest
 from somatopy.analysis.runs import Run
 from somatopy.api import fork, run
 from somatopy.experiment import Description
-from somatopy.experiment.checkpoint import FILE, read_checkpoint
+from somatopy.experiment.checkpoint import read_checkpoint
 
 DATA = Path(__file__).parents[1] / "data" / "today.npz"
 Arrays = dict[str, np.ndarray]
@@ -23,11 +23,11 @@ Arrays = dict[str, np.ndarray]
 ARM = ("LShoulderPitch", "LShoulderRoll", "LElbowYaw", "LElbowRoll")
 HEAD = ("HeadYaw", "HeadPitch")
 COLUMNS = {
-    "arm": [f"arm_{joint}_rad" for joint in ARM],
-    "head": [f"head_{joint}_rad" for joint in HEAD],
-    "arm_command": [f"arm_command_{joint}_rad" for joint in ARM],
-    "head_command": [f"head_command_{joint}_rad" for joint in HEAD],
-    "percept": [f"percept_{joint}_rad" for joint in ARM],
+    "arm": [f"arm.{joint}" for joint in ARM],
+    "head": [f"head.{joint}" for joint in HEAD],
+    "arm_command": [f"arm_command.{joint}" for joint in ARM],
+    "head_command": [f"head_command.{joint}" for joint in HEAD],
+    "percept": [f"arm_percept.{joint}" for joint in ARM],
     "pixel": ["pixel_u", "pixel_v"],
     "winners": ["arm_winner", "head_winner"],
     "distances": ["arm_distance", "head_distance"],
@@ -46,7 +46,11 @@ def frames_of(run: Run) -> Arrays:
 
 def end_of(run: Run) -> Arrays:
     """What the learner knew in the end, what the summary says of each phase, and the bounds."""
-    learner, summary, ceiling = read_checkpoint(run.path / FILE)["learner"], run.summary, run.ceiling
+    learner, summary, ceiling = (
+        read_checkpoint(run.path / "checkpoint.npz")["session"]["learner"],
+        run.summary,
+        run.ceiling,
+    )
     assert summary is not None and ceiling is not None
     return {
         "arm_codebook": learner["arm_map"]["codebook"],

@@ -11,7 +11,7 @@ import pytest
 from somatopy.bodies import MujocoBody
 from somatopy.contract import ContractError
 from somatopy.eyes import FiducialEye, GeometricEye, check_eye
-from somatopy.percept import Image, Reading, Sighting
+from somatopy.percept import Column, Image, Reading, Sighting
 
 
 @pytest.fixture(scope="module")
@@ -116,6 +116,61 @@ class Lenient(Spot):
         return None if reading.image is None else super().look(reading)
 
 
+class Counting(Spot):
+    """A sound eye that records how bright its spot was, how many pixels were, and whether any was."""
+
+    columns: Any = (
+        Column("brightness", "float", "of the brightest pixel"),
+        Column("bright", "int", "pixels of that brightness"),
+        Column("lit", "bool", "whether it is not dark"),
+    )
+
+    def find(self, image: Image) -> Any:
+        self.seen = image.max() / 255, int((image == image.max()).sum()), bool(image.any())
+        return super().find(image)
+
+    def probes(self) -> Any:
+        return dict(zip(("brightness", "bright", "lit"), self.seen, strict=True))
+
+
+class Twice(Counting):
+    columns = (*Counting.columns, Column("lit", "bool", "the same again"))
+
+
+class Mute(Spot):
+    columns = Counting.columns
+
+
+class Chatty(Counting):
+    def probes(self) -> Any:
+        return {**super().probes(), "more": 0.0}
+
+
+class Silent(Counting):
+    def probes(self) -> Any:
+        return {"lit": self.seen[2]}
+
+
+class Fractional(Counting):
+    def probes(self) -> Any:
+        return {**super().probes(), "bright": 0.5}
+
+
+class Truthful(Counting):
+    def probes(self) -> Any:
+        return {**super().probes(), "bright": True}
+
+
+class Numeric(Counting):
+    def probes(self) -> Any:
+        return {**super().probes(), "lit": 1}
+
+
+def test_an_eye_with_columns_of_its_own_passes() -> None:
+    """Floats, ints and truth values, NumPy's as well."""
+    check_eye(Counting, pictures())
+
+
 def test_another_sound_eye_passes() -> None:
     """One that finds bright spots."""
     check_eye(Spot, pictures())
@@ -132,6 +187,13 @@ def test_another_sound_eye_passes() -> None:
         (Unbounded, "None on a miss, else a Sighting, finite"),
         (Flat, "with an area over 0"),
         (Lagging, "an eye is pure: one reading, one answer"),
+        (Twice, r"each column has a name of its own\. Seen: columns brightness, bright, lit, lit"),
+        (Mute, "all members of Recorded.*Mute lacks probes"),
+        (Chatty, "for each of the columns and no other.*brightness, bright, lit, more for the columns"),
+        (Silent, "for each of the columns and no other.*Seen: lit for the columns brightness, bright, lit"),
+        (Fractional, "of the type that its column declares.*bright is 0.5, declared as int"),
+        (Truthful, "of the type that its column declares.*bright is True, declared as int"),
+        (Numeric, "of the type that its column declares.*lit is 1, declared as bool"),
         (Lenient, r"a reading without picture and view is refused.*look\(\) took one"),
     ],
 )

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Annotated, Any
 
 import cv2
 import numpy as np
 import pytest
+from pydantic import TypeAdapter
 
 from somatopy.bodies import MujocoBody
 from somatopy.bodies.marker import SITE
 from somatopy.eyes import Eye, FiducialEye
-from somatopy.percept import Camera, Floats, Image, Marker, Reading
+from somatopy.percept import Camera, Floats, Image, Marker, Part, Picture, Reading, View
+from somatopy.registry import EYES
 
 CAMERA = Camera("test", 320, 240, np.deg2rad(47.64))
 MARKER = Marker()
@@ -134,6 +138,94 @@ def test_same_picture_gives_the_same_answer(eye: FiducialEye) -> None:
     assert isinstance(eye, Eye)
 
 
+# -- only a part of the picture ----------------------------------------------------------------------------------------
+
+
+def clutter(rng: np.random.Generator, size: tuple[int, int], things: int) -> Image:
+    """Grey discs and bars of many sizes, on grey."""
+    image = np.full((size[1], size[0], 3), rng.integers(0, 256), np.uint8)
+    for k in range(things):
+        grey, (u, v, u1, v1) = [int(rng.integers(0, 256))] * 3, rng.integers(0, [*size, *size]).tolist()
+        if k % 2:
+            cv2.circle(image, (u, v), int(rng.integers(3, 40)), grey, -1)
+        else:
+            cv2.line(image, (u, v), (u1, v1), grey, int(rng.integers(1, 12)))
+    return image
+
+
+def cube_in_clutter(rng: np.random.Generator, camera: Camera, things: int = 60) -> Reading:
+    """A cube turned anyhow, within or across the picture's edge, some of its outline covered, and the true poses."""
+    turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+    turn *= np.sign(np.linalg.det(turn))
+    depth = rng.uniform(0.1, 0.6)
+    place = depth * np.array(
+        [*(rng.uniform(-0.5, 0.5, 2) * np.array([camera.width, camera.height]) / camera.focal), -1]
+    )
+    image, dictionary = clutter(rng, (camera.width, camera.height), things), cv2.aruco.getPredefinedDictionary(0)
+    x, y, z = turn.T
+    for tag, (normal, side) in zip(MARKER.ids, ((y, z), (z, -y), (-y, -z), (-z, y)), strict=True):
+        middle = place + 0.5 * MARKER.size * normal
+        corners = [middle + 0.5 * MARKER.size * (a * x + b * side) for a, b in ((1, -1), (1, 1), (-1, 1), (-1, -1))]
+        if normal @ middle < 0 and max(corner[2] for corner in corners) < -0.02:
+            face = np.pad(cv2.aruco.generateImageMarker(dictionary, tag, 96), 12, constant_values=255)
+            pixels = [np.array(camera.centre) + camera.focal * np.array([a / -c, b / c]) for a, b, c in corners]
+            square = np.array([[0, 0], [119, 0], [119, 119], [0, 119]], np.float32)
+            warp = cv2.getPerspectiveTransform(square, np.array(pixels, np.float32))
+            flat = cv2.cvtColor(face, cv2.COLOR_GRAY2RGB)
+            cv2.warpPerspective(
+                flat, warp, (camera.width, camera.height), image, cv2.INTER_AREA, cv2.BORDER_TRANSPARENT
+            )
+    u, v = (np.array(camera.centre) + camera.focal * place[:2] / depth * [1, -1] + rng.normal(0, 25, 2)).astype(int)
+    image[max(v, 0) : max(v + 9, 0), max(u, 0) : max(u + 9, 0)] = rng.integers(0, 256)
+    view = View(np.array([0, 0, 0, *np.eye(3).ravel()]), np.concatenate([place, turn.ravel()]), np.empty((0, 12)))
+    return replace(reading(image), view=view)
+
+
+@pytest.mark.parametrize("things", [0, 60])
+@pytest.mark.parametrize("size", [(320, 240), (160, 120), (640, 480), (240, 320)])
+def test_answers_are_the_same_whether_a_part_or_the_whole_is_searched(size: tuple[int, int], things: int) -> None:
+    """Bit for bit: hit, tag, pixel and area, also with other things that touch the tag, and at the picture's edge.
+
+    In clutter this is very nearly so: see docs/eyes.md.
+    """
+    rng, camera = np.random.default_rng(9), Camera("test", *size, np.deg2rad(47.64))
+    part, whole, hits = FiducialEye(camera, MARKER), FiducialEye(camera, MARKER, skip=False), 0
+    for _ in range(250):
+        seen = cube_in_clutter(rng, camera, things)
+        found = whole.look(seen)
+        assert part.look(seen) == found
+        hits += found is not None
+    assert 50 < hits < 200
+
+
+def test_only_the_part_is_drawn_where_pictures_come_in_parts() -> None:
+    """And the answer is that of the whole picture, which is not drawn."""
+    rng, asked, eye = np.random.default_rng(10), [], FiducialEye(CAMERA, MARKER)
+    for _ in range(50):
+        seen = cube_in_clutter(rng, CAMERA)
+        image: Any = seen.image
+
+        def never() -> Image:
+            raise AssertionError("the whole was drawn")
+
+        def cut(part: Part, image: Any = image) -> Image:
+            asked.append((part[2] - part[0]) * (part[3] - part[1]))
+            return image()[part[1] : part[3], part[0] : part[2]]
+
+        assert eye.look(replace(seen, image=Picture(never, cut))) == eye.look(seen)
+    assert len(asked) > 25 and np.mean(asked) < 320 * 240 / 3
+
+
+def test_a_picture_already_drawn_is_not_drawn_again_in_part() -> None:
+    """Whoever looks on may have asked for the whole before."""
+    rng, eye = np.random.default_rng(11), FiducialEye(CAMERA, MARKER)
+    seen = next(seen for seen in (cube_in_clutter(rng, CAMERA) for _ in range(50)) if eye.look(seen))
+    image: Any = seen.image
+    picture = Picture(image, lambda part: np.zeros((part[3] - part[1], part[2] - part[0], 3), np.uint8))
+    picture()
+    assert eye.look(replace(seen, image=picture)) == eye.look(seen)
+
+
 # -- bad input ---------------------------------------------------------------------------------------------------------
 
 
@@ -148,12 +240,37 @@ def test_picture_of_another_size_is_named(eye: FiducialEye, shape: tuple[int, ..
     """With both shapes."""
     with pytest.raises(ValueError, match=r"picture has shape .*was said to take \(240, 320, 3\)"):
         eye.look(reading(np.zeros(shape, np.uint8)))
+    ahead = cube_in_clutter(np.random.default_rng(11), CAMERA)
+    with pytest.raises(ValueError, match=r"picture has shape .*was said to take \(240, 320, 3\)"):
+        eye.look(replace(ahead, image=lambda: np.zeros(shape, np.uint8)))
 
 
 def test_unknown_dictionary_is_answered_with_the_known_ones() -> None:
     """OpenCV's names."""
     with pytest.raises(ValueError, match=r"no tag dictionary 'DICT_9X9'. Available: .*DICT_4X4_50"):
         FiducialEye(CAMERA, Marker(dictionary="DICT_9X9"))
+
+
+# -- in a description --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("skip", [True, False])
+def test_kind_builds_it_for_a_bodys_camera_and_marker(skip: bool) -> None:
+    """A body need know nothing else; without a view whole pictures are searched."""
+    image = blank()
+    paste(image, 3, 130, 90, 60)
+    context: Any = SimpleNamespace(body=SimpleNamespace(camera=CAMERA, marker=MARKER))
+    eye = EYES.settings("fiducial")(skip=skip).build(context)
+    assert isinstance(eye, FiducialEye)
+    found = eye.look(reading(image))
+    assert found is not None and found.tag == 3
+
+
+def test_settings_that_make_no_sense_are_refused() -> None:
+    """A value of another type, and an unknown key."""
+    for wrong in ({"skip": "now and then"}, {"skipped": True}):
+        with pytest.raises(ValueError, match="skip"):
+            TypeAdapter(Annotated[Any, EYES]).validate_python({"kind": "fiducial", **wrong})
 
 
 # -- the robot's own pictures ------------------------------------------------------------------------------------------

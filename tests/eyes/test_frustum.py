@@ -11,7 +11,7 @@ import pytest
 from somatopy.bodies import MujocoBody
 from somatopy.experiment.ceiling import Vantages
 from somatopy.eyes import FiducialEye
-from somatopy.eyes.frustum import may_be_seen, optics
+from somatopy.eyes.frustum import may_be_seen, optics, part_with_tags
 from somatopy.percept import Camera, Floats, Marker, View
 
 CAMERA, MARKER = Camera("test", 320, 240, np.deg2rad(47.64)), Marker()
@@ -39,6 +39,54 @@ def test_end_faces_have_no_tag() -> None:
     lens, cube = optics(CAMERA, MARKER)
     along = np.array([0, 0, -0.3, 0, 0, 1, 0, 1, 0, -1, 0, 0], float)
     assert not may_be_seen(marker_at(0, 0, 0), along, lens, cube)
+
+
+def cubes(rng: np.random.Generator, count: int) -> Iterator[Floats]:
+    """Cubes around the view of a camera in the origin, turned anyhow."""
+    for _ in range(count):
+        turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+        depth = rng.uniform(0.08, 1.0)
+        place = depth * np.array([rng.uniform(-0.8, 0.8), rng.uniform(-0.6, 0.6), -1.0])
+        yield np.concatenate([place, (turn * np.sign(np.linalg.det(turn))).ravel()])
+
+
+def tags(marker: Floats) -> Iterator[Floats]:
+    """Corners, going round, (4, 3) m, of the tags that are turned to a camera in the origin."""
+    x, y, z = marker[3:].reshape(3, 3).T
+    for normal, side in ((y, z), (z, -y), (-y, -z), (-z, y)):
+        middle, half = marker[:3] + 0.5 * MARKER.size * normal, 0.5 * MARKER.tag_size
+        if normal @ middle < 0:
+            yield np.array([middle + half * (a * x + b * side) for a, b in ((1, 1), (1, -1), (-1, -1), (-1, 1))])
+
+
+@pytest.mark.parametrize("size", [(320, 240), (160, 120), (240, 320)])
+def test_part_holds_all_that_the_detector_looks_at(size: tuple[int, int]) -> None:
+    """Around each tag in view: half a window of the threshold, 11 px, beyond outlines half a side away; or no picture.
+
+    The part lies in the picture and is empty if and only if no tag may be seen.
+    """
+    camera, end, held = Camera("test", *size, np.deg2rad(47.64)), np.array(size) - 1, 0
+    optic, origin = optics(camera, MARKER), marker_at(0, 0, 0)
+    for marker in cubes(np.random.default_rng(4), 1500):
+        left, top, right, bottom = part_with_tags(origin, marker, *optic)
+        assert 0 <= left <= right <= size[0] and 0 <= top <= bottom <= size[1]
+        assert may_be_seen(origin, marker, *optic) == (left < right and top < bottom)
+        for x, y, z in (corners.T for corners in tags(marker)):
+            pixels = np.array(camera.centre) + camera.focal * np.column_stack([x / -z, y / z])
+            if (pixels >= 0).all() and (pixels <= end).all():
+                reach = 11 + 0.125 * np.linalg.norm(pixels - np.roll(pixels, 1, axis=0), axis=1).sum()
+                assert (np.array([left, top]) <= np.maximum(pixels.min(axis=0) - reach, 0)).all()
+                assert (np.array([right, bottom]) > np.minimum(pixels.max(axis=0) + reach, end)).all()
+                held += 1
+    assert held > 300
+
+
+def test_part_is_much_smaller_than_the_picture() -> None:
+    """On the mean less than a third of it, where a tag may be seen."""
+    optic = optics(CAMERA, MARKER)
+    parts = [part_with_tags(marker_at(0, 0, 0), marker, *optic) for marker in cubes(np.random.default_rng(4), 500)]
+    areas = [(right - left) * (bottom - top) for left, top, right, bottom in parts if right]
+    assert len(areas) > 150 and np.mean(areas) < 320 * 240 / 3
 
 
 @pytest.mark.parametrize("side", [20, 40, 80, 120, 160])

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
 import cv2
 import numpy as np
 import pytest
@@ -11,6 +14,7 @@ from somatopy.experiment.ceiling import Vantages
 from somatopy.eyes import Eye, FiducialEye, GeometricEye
 from somatopy.eyes.geometric import BORDER, MAX_TILT, MIN_HEIGHT
 from somatopy.percept import Camera, Floats, Marker, Reading, Shapes, View
+from somatopy.registry import EYES
 
 CAMERA = Camera("test", 320, 240, np.deg2rad(47.64))
 MARKER = Marker(ids=(5, 17, 2, 9))
@@ -158,16 +162,6 @@ def test_sphere_hides_the_tag_where_it_stands_before_it(place: tuple[float, floa
     assert (GeometricEye(CAMERA, MARKER, SPHERE).find(with_sphere(*place)) is not None) == visible
 
 
-@pytest.mark.parametrize("place", [(1, 1), (1, -1), (-1, 1), (-1, -1), (1, 0), (0, 1), (-1, 0), (0, -1)])
-def test_what_covers_the_middle_of_the_frame_hides_and_what_touches_its_rim_does_not(place: tuple[int, int]) -> None:
-    """A tag is 4 cells wide within a black frame of 1: the frame's middle is 2.5 of 3 cells from the tag's centre."""
-    dot = Shapes(np.array([2]), np.full((1, 4), 0.0005))
-    rim = 0.5 * MARKER.tag_size * np.array(place)
-    for cells, visible in ((2.5, False), (3.0, True)):
-        x, y = 0.5 * rim * cells / 3  # half way to the tag, which is 0.275 m off
-        assert (GeometricEye(CAMERA, MARKER, dot).find(with_sphere(x, y, -0.1375)) is not None) == visible
-
-
 def test_where_the_largest_tag_is_hidden_the_next_is_read() -> None:
     """Turned a little less than midway between two tags, with a sphere before the larger."""
     eye, turn = GeometricEye(CAMERA, MARKER, SPHERE), about_x(np.deg2rad(40))
@@ -194,6 +188,22 @@ def test_body_without_true_poses_is_named() -> None:
     nothing = np.zeros(1)
     with pytest.raises(ValueError, match=r"does not know its true poses.*Use another eye"):
         bare_eye().look(Reading(0.0, nothing, nothing, nothing, nothing))
+
+
+def test_kind_builds_it_for_a_body_that_knows_itself() -> None:
+    """With the body's camera, marker and occluders: a sphere hides the tag."""
+    knows = dict.fromkeys(("ranges", "view", "legal", "fingerprint", "another"), print)
+    context: Any = SimpleNamespace(body=SimpleNamespace(camera=CAMERA, marker=MARKER, occluders=SPHERE, **knows))
+    eye = EYES.settings("geometric")().build(context)
+    assert eye.find(with_sphere(0, 0, -0.5)) == GeometricEye(CAMERA, MARKER, SPHERE).find(with_sphere(0, 0, -0.5))
+    assert eye.find(with_sphere(0, 0, -0.15)) is None
+
+
+def test_kind_refuses_a_body_without_a_model_of_itself() -> None:
+    """The message names the body and what to use instead."""
+    context: Any = SimpleNamespace(body=SimpleNamespace(camera=CAMERA, marker=MARKER))
+    with pytest.raises(ValueError, match=r"The body SimpleNamespace has no model of itself.*--eye fiducial or an eye"):
+        EYES.settings("geometric")().build(context)
 
 
 def test_many_head_postures_at_once_give_what_single_looks_give() -> None:

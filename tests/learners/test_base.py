@@ -1,4 +1,4 @@
-"""Angles to [0, 1] units and back, and the contract of learners."""
+"""Angles to [0, 1] units and back, parts that learn or not, and the contract of learners."""
 
 from __future__ import annotations
 
@@ -8,10 +8,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from somatopy.learners import FixedGaze, HebbianLearner, Learner, RandomGaze, Scale
+from somatopy.learners import FixedGaze, HebbianLearner, Learner, NearestGaze, Plastic, RandomGaze, Scale
+from somatopy.percept import Camera, Robot, Space
 
 LIMITS = np.array([[-2.0857, 2.0857], [-0.3142, 1.3265]])
-HEAD = [[-2.0, 2.0], [-0.6, 0.5]]
+ROBOT = Robot(
+    {"arm": Space(("shoulder", "elbow"), *LIMITS.T), "head": Space(("yaw", "pitch"), [-2.0, -0.6], [2.0, 0.5])},
+    ("head",),
+    Camera("eye", 320, 240, fovy=0.83),
+)
 
 
 def test_limits_become_0_and_1() -> None:
@@ -47,5 +52,53 @@ def test_wrong_limits_are_refused(limits: object) -> None:
 def test_all_learners_keep_the_contract() -> None:
     """The paper's learner and the controls are Learners."""
     rng = np.random.default_rng(0)
-    learners = (HebbianLearner(LIMITS, HEAD, (320, 240), rng), RandomGaze(HEAD, rng), FixedGaze([0, 0]))
+    learners = (HebbianLearner(ROBOT, rng), RandomGaze(ROBOT, rng), NearestGaze(ROBOT, rng), FixedGaze([0, 0]))
     assert all(isinstance(learner, Learner) for learner in learners)
+
+
+@given(arrays(float, (3, 2), elements=st.floats(-10, 10)).filter(lambda limits: (limits[:, 0] < limits[:, 1]).all()))
+def test_limits_are_given_back(limits: np.ndarray) -> None:
+    """What the scale was made from can be asked for again, in the same order and unit."""
+    assert Scale(limits).limits == pytest.approx(limits, abs=1e-12)
+
+
+class Sorting(Plastic):
+    """A learner of two parts."""
+
+    parts = frozenset({"sieve", "bin"})
+
+
+def test_all_parts_learn_at_first() -> None:
+    """Before anybody says otherwise, what can learn does; a learner without parts has none that learns."""
+    assert Sorting().plastic == {"sieve", "bin"}
+    assert Plastic().plastic == Plastic().parts == frozenset()
+
+
+def test_what_is_plastic_is_said_of_one_learner() -> None:
+    """Another of its class, and its class, are not touched; any iterable will do, and what was given is copied."""
+    one, other, given = Sorting(), Sorting(), {"bin"}
+    one.plastic = given  # type: ignore[assignment]
+    given.clear()
+    assert one.plastic == frozenset({"bin"}) and isinstance(one.plastic, frozenset)
+    assert other.plastic == Sorting().plastic == Sorting.parts == {"sieve", "bin"}
+    one.plastic = ()  # type: ignore[assignment]
+    assert one.plastic == frozenset()
+
+
+def test_a_part_that_does_not_exist_is_refused_with_those_that_do() -> None:
+    """The name and the valid ones are in the message, and what was plastic stays."""
+    learner = Sorting()
+    learner.plastic = frozenset({"bin"})
+    with pytest.raises(ValueError, match=r"no part 'links' that learns; its parts: bin, sieve\."):
+        learner.plastic = frozenset({"sieve", "links"})
+    assert learner.plastic == {"bin"}
+    with pytest.raises(ValueError, match=r"no part 'links' that learns; its parts: none\."):
+        Plastic().plastic = frozenset({"links"})
+
+
+def test_a_simple_learner_has_nothing_to_record() -> None:
+    """No columns, so no probes, and no maps; two learners share no dictionary."""
+    learner = Sorting()
+    assert (tuple(learner.columns), learner.probes(), learner.maps()) == ((), {}, {})
+    learner.maps()["mine"] = 1
+    assert Sorting().maps() == learner.maps() == {}

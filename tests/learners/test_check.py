@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -9,37 +10,79 @@ import pytest
 
 from somatopy.contract import ContractError
 from somatopy.learners import FixedGaze, HebbianLearner, NearestGaze, RandomGaze, check_learner
-from somatopy.maps import DSOM
-from somatopy.percept import Percept
+from somatopy.links import NormalisedHebb
+from somatopy.maps import DSOM, SOM
+from somatopy.percept import Column, Percept, Robot
 
 
 def test_the_papers_learner_keeps_them() -> None:
     """With maps of the paper's size, and with small ones; each frame brings one link of 16 bytes at most."""
     check_learner(HebbianLearner, growth=200 * 16)
     small = DSOM(shape=(4, 5))
-    check_learner(lambda *robot: HebbianLearner(*robot, arm_map=small, head_map=small), growth=200 * 16)
+    check_learner(lambda *given: HebbianLearner(*given, arm_map=small, head_map=small), growth=200 * 16)
+
+
+MAPS = {
+    "hexagonal som": SOM(shape=(4, 5), lattice="hexagonal", horizon=100),
+    "torus": SOM(shape=(4, 6), lattice="hexagonal", periodic=True, horizon=100),
+    "line": SOM(shape=(7,), horizon=100),
+    "block of the 2016 library": DSOM(shape=(2, 3, 4), preset="schillaci2016"),
+    "single precision": DSOM(shape=(4, 5), elasticity=1.0, dtype="float32"),
+}
+VARIANTS: dict[str, dict[str, Any]] = {
+    "normalised links": {"rule": NormalisedHebb},
+    "radians": {"units": "radian"},
+    "no centring": {"centring": "none"},
+    "ties held": {"ties": "held"},
+    "first of ties": {"ties": "first"},
+    "all of 2016": {"rule": NormalisedHebb, "activation_slope": 2.0, "units": "radian", "centring": "none"},
+}
+
+
+@pytest.mark.parametrize("name", MAPS)
+def test_the_papers_learner_keeps_them_with_other_maps(name: str) -> None:
+    """Any map on a lattice will do for the arm, beside a DSOM for the head, and the other way round."""
+    own, usual = MAPS[name], DSOM(shape=(4, 5))
+    for arm_map, head_map in ((own, usual), (usual, own)):
+        check_learner(partial(HebbianLearner, arm_map=arm_map, head_map=head_map), growth=200 * 16)
+
+
+@pytest.mark.parametrize("name", VARIANTS)
+def test_the_papers_learner_keeps_them_in_each_variant(name: str) -> None:
+    """Each choice that the paper leaves open, and all of them as in the first author's library."""
+    small, variant = DSOM(shape=(4, 5)), VARIANTS[name]
+
+    def make(robot: Robot, rng: np.random.Generator) -> HebbianLearner:
+        fresh = {key: value() if key == "rule" else value for key, value in variant.items()}
+        return HebbianLearner(robot, rng, arm_map=small, head_map=small, **fresh)
+
+    check_learner(make, growth=200 * 16)
 
 
 def test_controls_keep_them() -> None:
     """Random and fixed head postures."""
-    check_learner(lambda arm, head, image, rng: RandomGaze(head, rng))
-    check_learner(lambda arm, head, image, rng: FixedGaze(head.mean(axis=1)))
+    check_learner(RandomGaze)
+    check_learner(lambda robot, rng: FixedGaze(robot.head.limits.mean(axis=1)))
 
 
 def test_the_nearest_hit_keeps_them() -> None:
     """Its memory is as long as its life."""
-    check_learner(lambda arm, head, image, rng: NearestGaze(arm, head, rng), growth=None)
+    check_learner(NearestGaze, growth=None)
 
 
 class Mean:
     """A sound learner: looks around the mean head posture of its hits."""
 
-    PARTS = frozenset({"mean", "spread"})
+    parts: Any = frozenset({"mean", "spread"})
+    columns: Any = (
+        Column("hits", "int", "hits so far"),
+        Column("error", "float", "distance from the mean, rad", "rad"),
+    )
 
-    def __init__(self, arm: Any, head: Any, image: tuple[int, int], rng: np.random.Generator) -> None:
-        self.arm, self.head, self.rng = arm, head, rng
-        self.mean, self.hits, self.error = head.mean(axis=1), 0, np.nan
-        self._plastic = self.PARTS
+    def __init__(self, robot: Robot, rng: np.random.Generator) -> None:
+        self.arm, self.head, self.rng = robot.arm.limits, robot.head.limits, rng
+        self.mean, self.hits, self.error = self.head.mean(axis=1), 0, np.nan
+        self._plastic = self.parts
 
     @property
     def plastic(self) -> Any:
@@ -47,8 +90,8 @@ class Mean:
 
     @plastic.setter
     def plastic(self, parts: Any) -> None:
-        if parts - self.PARTS:
-            raise ValueError(f"parts: {sorted(self.PARTS)}")
+        if parts - self.parts:
+            raise ValueError(f"parts: {sorted(self.parts)}")
         self._plastic = parts
 
     def observe(self, percept: Percept) -> None:
@@ -85,15 +128,15 @@ class Mean:
 
 
 class Silent:
-    def __init__(self, *robot: Any) -> None: ...
+    def __init__(self, *given: Any) -> None: ...
 
     def observe(self, percept: Percept) -> None: ...
 
 
 class TwoJoints(Mean):
-    def __init__(self, arm: Any, head: Any, image: tuple[int, int], rng: np.random.Generator) -> None:
-        (_, _), (_, _) = head
-        super().__init__(arm, head, image, rng)
+    def __init__(self, robot: Robot, rng: np.random.Generator) -> None:
+        _, _ = robot.head.names
+        super().__init__(robot, rng)
 
 
 class Padded(Mean):
@@ -177,17 +220,45 @@ class Unseeded(Mean):
         return self.clip(self.mean + np.random.default_rng().normal(0, 0.1, len(self.head)))
 
 
+class EarlyProbes(Mean):
+    def probes(self) -> dict[str, float]:
+        return {} if self.hits else super().probes()
+
+
 class LateProbes(Mean):
     def probes(self) -> dict[str, float]:
         return super().probes() if self.hits else {}
 
 
+class Undeclared(Mean):
+    columns = Mean.columns[:1]
+
+
+class Misdeclared(Mean):
+    columns = (Mean.columns[0], Column("error", "int", "distance from the mean, rad", "rad"))
+
+
+class Twice(Mean):
+    columns = (*Mean.columns, Mean.columns[0])
+
+
+class Yes(Mean):
+    columns = (Column("seen", "int", "whether the hand was ever seen"),)
+
+    def probes(self) -> dict[str, float]:
+        return {"seen": self.hits > 0}
+
+
 class ShiftyProbes(Mean):
+    columns = (Column("error", "int", "distance from the mean, rad", "rad"),)
+
     def probes(self) -> dict[str, float]:
         return {"error": self.error if self.hits else 0}
 
 
 class WordyProbes(Mean):
+    columns = (Column("error", "float", "distance from the mean, rad", "rad"),)
+
     def probes(self) -> Any:
         return {"error": "none"}
 
@@ -213,7 +284,17 @@ class Restless(Mean):
 
 
 class Listed(Mean):
-    PARTS: Any = ("mean",)
+    parts = ("mean",)
+
+
+class Numbered(Mean):
+    parts = frozenset({1})
+
+
+class Asleep(Mean):
+    def __init__(self, robot: Robot, rng: np.random.Generator) -> None:
+        super().__init__(robot, rng)
+        self._plastic = frozenset({"mean"})
 
 
 class Inseparable(Mean):
@@ -244,8 +325,8 @@ class Opaque(Mean):
 
 
 class Remembering(Mean):
-    def __init__(self, *robot: Any) -> None:
-        super().__init__(*robot)
+    def __init__(self, robot: Robot, rng: np.random.Generator) -> None:
+        super().__init__(robot, rng)
         self.past = np.empty((0, len(self.head)))
 
     def learn(self, percept: Percept) -> None:
@@ -271,7 +352,10 @@ def test_another_sound_learner_passes() -> None:
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (Silent, "all members of Learner.*Silent lacks gaze, maps, plastic, predict, probes, restore, state"),
+        (
+            Silent,
+            "all members of Learner.*Silent lacks columns, gaze, maps, parts, plastic, predict, probes, restore, state",
+        ),
         (TwoJoints, "it can be made for 2 arm and 1 head joints.*ValueError"),
         (Padded, r"finite head postures \(2,\) with the hand never seen"),
         (Whole, "finite head postures.*Seen: array"),
@@ -286,13 +370,23 @@ def test_another_sound_learner_passes() -> None:
         (InPlace, "observe and gaze leave the percept alone"),
         (Keeping, "arrays taken and given stay the caller's"),
         (Lending, "arrays taken and given stay the caller's"),
-        (LateProbes, r"probes have the same names.*\{\} at first, then \{'hits'"),
-        (ShiftyProbes, "the same types, whole or float.*'whole'.* at first, then .*'float'"),
+        (LateProbes, r"probes have the names.* of columns.*Seen: \{\} for the columns \{'hits'"),
+        (EarlyProbes, r"in every frame.*\{'hits'.* at first, then \{\}"),
+        (
+            Undeclared,
+            r"names .* of columns.*Seen: \{'hits': 'int', 'error': 'float'\} for the columns \{'hits': 'int'\}",
+        ),
+        (Misdeclared, "types of columns.*'error': 'float'.* for the columns .*'error': 'int'"),
+        (Twice, r"names and types of columns.*Seen: one name for two columns: \['hits', 'error', 'hits'\]"),
+        (Yes, r"types of columns.*Seen: \{'seen': 'bool'\} for the columns \{'seen': 'int'\}"),
+        (ShiftyProbes, "the names and types of columns, int or float.*'int'.* at first, then .*'float'"),
         (WordyProbes, "probes.*the probe 'none' is no number"),
         (LentMaps, r"maps\(\) are arrays that later frames leave alone.*they changed"),
         (ListedMaps, r"maps\(\) are arrays"),
-        (Listed, "plastic is a frozenset of names"),
-        (Inseparable, "each may learn alone.*KeyError: 'spread'"),
+        (Listed, r"parts is a frozenset of names.*Seen: \('mean',\)"),
+        (Numbered, r"parts is a frozenset of names.*Seen: frozenset\(\{1\}\)"),
+        (Asleep, r"all of them are plastic at first.*Seen: frozenset\(\{'mean'\}\) are plastic, of frozenset"),
+        (Inseparable, "each part may learn alone.*KeyError: 'spread'"),
         (Restless, "with plastic empty nothing is learned"),
         (Permissive, "an unknown part is refused.*beside .'mean', 'spread'."),
         (Unseeded, "one seed, one behaviour"),

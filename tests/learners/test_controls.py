@@ -10,9 +10,14 @@ import pytest
 from scipy.stats import kstest
 
 from somatopy.learners import FixedGaze, RandomGaze
-from somatopy.percept import Percept
+from somatopy.percept import Camera, Percept, Robot, Space
 
 LIMITS = np.array([[-2.0857, 2.0857], [-0.6720, 0.5149]])
+ROBOT = Robot(
+    {"arm": Space("abcd", [-2.0] * 4, [2.0] * 4), "head": Space(("yaw", "pitch"), *LIMITS.T)},
+    ("head",),
+    Camera("eye", 320, 240, fovy=0.83),
+)
 FAR, NEAR = np.array([0.5, 0.3]), np.array([0.01, -0.01])
 ZERO = np.zeros(2)
 FRAME = 1 / 15
@@ -20,7 +25,7 @@ UNREACHED = Percept(time=0.0, arm=np.zeros(4), head=FAR, arm_command=np.zeros(4)
 
 
 def control(seed: int = 0) -> RandomGaze:
-    return RandomGaze(LIMITS, np.random.default_rng(seed))
+    return RandomGaze(ROBOT, np.random.default_rng(seed))
 
 
 def targets(gaze: RandomGaze, frames: int, head: np.ndarray = FAR, first: int = 0) -> np.ndarray:

@@ -12,14 +12,20 @@ from scipy.stats import kstest
 
 from somatopy.contract import same
 from somatopy.learners import Learner, NearestGaze
-from somatopy.percept import Percept, Sighting
+from somatopy.percept import Camera, Percept, Robot, Sighting, Space
 
 ARM = np.array([[-2.0857, 2.0857], [-0.3142, 1.3265], [-2.0857, 2.0857], [-1.5446, -0.0349]])
 HEAD = np.array([[-2.0857, 2.0857], [-0.6720, 0.5149]])
 
 
+def robot(arm: np.ndarray) -> Robot:
+    """A robot whose arm has these limits."""
+    senses = {"arm": Space("abcd"[: len(arm)], *arm.T), "head": Space(("yaw", "pitch"), *HEAD.T)}
+    return Robot(senses, ("head",), Camera("eye", 320, 240, fovy=0.83))
+
+
 def control(seed: int = 0) -> NearestGaze:
-    return NearestGaze(ARM, HEAD, np.random.default_rng(seed))
+    return NearestGaze(robot(ARM), np.random.default_rng(seed))
 
 
 def percepts(count: int, seed: int = 0, hit_rate: float = 0.6) -> Iterator[Percept]:
@@ -57,7 +63,7 @@ def test_it_agrees_with_a_search_through_all_hits() -> None:
 
 def test_nearness_is_measured_in_shares_of_each_joints_range() -> None:
     """A joint of a wide range counts less an angle: half of a narrow range is farther than a quarter of a wide one."""
-    subject = NearestGaze([[-2, 2], [0, 0.2]], HEAD, np.random.default_rng(0))
+    subject = NearestGaze(robot(np.array([[-2, 2], [0, 0.2]])), np.random.default_rng(0))
     seen = Percept(0.0, *map(np.array, ([1.0, 0.0], [0.1, 0.1], [0, 0], [0, 0])), Sighting((0, 0), 0, 1.0))  # type: ignore[arg-type]
     subject.observe(seen)
     subject.observe(replace(seen, arm=np.array([0.0, 0.1]), head=np.array([0.2, 0.2])))

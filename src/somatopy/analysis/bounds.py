@@ -6,34 +6,39 @@ is what perfect knowledge of the present, without look-ahead, makes of it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import zip_longest
+from typing import Any
 
+from somatopy.analysis.described import kind_of, phases_of
 from somatopy.analysis.runs import Run, RunFolderError
-from somatopy.analysis.windows import WINDOW
+from somatopy.clock import WINDOW
 
-__all__ = ["ceiling_rates", "ceiling_shares", "efficiency", "reactive_efficiency", "reactive_rate"]
+__all__ = ["ceiling_rates", "ceiling_shares", "efficiency", "reactive_efficiency", "reactive_rate", "why_no_ceiling"]
 
 Shares = list[float]
 
 
 def ceiling_shares(run: Run) -> list[Shares] | None:
     """The share of frames in which the hand could be seen, per full window of each phase; None without a ceiling."""
-    if run.ceiling is None:
+    table = run.ceiling
+    if table is None:
         return None
     try:
-        return [[float(share) for share in phase["per_window"]] for phase in run.ceiling["phases"]]
+        return [[_share(share) for share in phase["per_window"]] for phase in table["phases"]]
     except (KeyError, TypeError, ValueError) as error:
         raise _unusable(run, error) from error
 
 
 def ceiling_rates(run: Run) -> tuple[float | None, list[float | None]]:
     """The same over all frames, and over those of each phase; None, and no phases, without a ceiling."""
-    if run.ceiling is None:
+    table = run.ceiling
+    if table is None:
         return None, []
     try:
-        return run.ceiling["rate"], [phase["rate"] for phase in run.ceiling["phases"]]
-    except (KeyError, TypeError) as error:
+        first, *rates = [table["rate"], *(phase["rate"] for phase in table["phases"])]
+        return _known(first), [_known(rate) for rate in rates]
+    except (KeyError, TypeError, ValueError) as error:
         raise _unusable(run, error) from error
 
 
@@ -47,6 +52,23 @@ def reactive_efficiency(run: Run) -> float | None:
     """The share of the ceiling, on the same sampled frames, that perfect knowledge without look-ahead reaches."""
     found = _reactive(run)
     return found[0] / found[1] if found and found[1] else None
+
+
+def why_no_ceiling(run: Run, summary: Mapping[str, Any]) -> str:
+    """One sentence that says why a run has no ceiling; "" where it has one.
+
+    Args:
+        run: an open run folder.
+        summary: its summary.
+    """
+    if run.ceiling is not None:
+        return ""
+    described = sum(phase.get("frames", 0) for phase in phases_of(run))
+    if sum(phase["frames"] for phase in summary["phases"]) < described:
+        return "There is no ceiling yet, because the run has not ended."
+    if kind_of(run, "body") == "mujoco":
+        return "There is no ceiling, because ceiling.json is missing; somatopy resume computes it."
+    return "There is no ceiling, because the body has no model of itself."
 
 
 def efficiency(hits: Sequence[int], shares: Sequence[float], window: int = WINDOW) -> list[float | None]:
@@ -72,9 +94,20 @@ def efficiency(hits: Sequence[int], shares: Sequence[float], window: int = WINDO
 def _reactive(run: Run) -> tuple[float, float] | None:
     found = (run.ceiling or {}).get("reactive")
     try:
-        return (float(found["rate"]), float(found["ceiling_rate"])) if found and found["frames"] else None
+        return (_share(found["rate"]), _share(found["ceiling_rate"])) if found and found["frames"] else None
     except (KeyError, TypeError, ValueError) as error:
         raise _unusable(run, error) from error
+
+
+def _share(value: Any) -> float:
+    if not isinstance(value, int | float) or not 0 <= value <= 1:
+        raise ValueError(f"{value!r} is no share of frames")
+    return float(value)
+
+
+def _known(value: Any) -> float | None:
+    """A share, or None where there were no frames."""
+    return None if value is None else _share(value)
 
 
 def _unusable(run: Run, error: Exception) -> RunFolderError:

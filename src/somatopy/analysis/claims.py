@@ -11,9 +11,11 @@ from dataclasses import dataclass
 from math import sqrt
 from typing import Any, Literal
 
+from somatopy.analysis.phases import beside_paper
+from somatopy.analysis.series import in_shares
 from somatopy.analysis.table import PAPER_FRAMES, PAPER_HITS, PAPER_TRENDS
 from somatopy.analysis.trends import Trend, mean_se, quantile
-from somatopy.analysis.windows import WINDOW
+from somatopy.clock import WINDOW
 
 __all__ = ["CLAIMS", "VERDICTS", "Claim", "Finding", "judge"]
 
@@ -54,6 +56,8 @@ class Claim:
         paper: its number, and where it stands.
         rule: how the verdict is decided.
         decide: the rule itself, from a summary.
+        shares_of: the map whose distortion it compares with a number of the paper's in [0, 1] units, "arm" or "head";
+            "" if none.
     """
 
     key: str
@@ -61,10 +65,15 @@ class Claim:
     paper: str
     rule: str
     decide: Callable[[Summary], Finding]
+    shares_of: str = ""
 
 
-def judge(summary: Summary) -> list[tuple[Claim, Finding]]:
+def judge(summary: Summary, units: Mapping[str, str] | None = None) -> list[tuple[Claim, Finding]]:
     """Every claim of the paper with what the run says to it.
+
+    Args:
+        summary: of the run.
+        units: unit of each map's distances, see `distance_units`; [0, 1] units if None.
 
     Example:
         >>> phase = {"damage": "none", "frames": 0, "hits_per_window": [], "rate": None, "trends": [None],
@@ -72,7 +81,15 @@ def judge(summary: Summary) -> list[tuple[Claim, Finding]]:
         >>> {finding.verdict for _, finding in judge({"phases": [phase]})}
         {'cannot tell'}
     """
-    return [(claim, claim.decide(summary)) for claim in CLAIMS]
+    return [(claim, _in_its_unit(claim, claim.decide(summary), units or {})) for claim in CLAIMS]
+
+
+def _in_its_unit(claim: Claim, finding: Finding, units: Mapping[str, str]) -> Finding:
+    """The finding, if the run's numbers have the unit of the paper's; else that this cannot be told."""
+    unit = units.get(claim.shares_of, "")
+    if in_shares(unit) or finding.verdict == "cannot tell":
+        return finding
+    return _unknown(f"{finding.ours} {unit}; the paper's are in [0, 1] units")
 
 
 def _unknown(why: str) -> Finding:
@@ -80,10 +97,11 @@ def _unknown(why: str) -> Finding:
 
 
 def _phase(summary: Summary, index: int) -> Mapping[str, Any] | Finding:
-    """A phase, or why nothing can be said of it."""
-    if index >= len(summary["phases"]):
+    """The phase that stands beside one of the paper's, or why nothing can be said of it."""
+    found = beside_paper(summary["phases"])[index]
+    if found is None:
         return _unknown("no such phase")
-    phase: Mapping[str, Any] = summary["phases"][index]
+    phase: Mapping[str, Any] = summary["phases"][found]
     if index and phase["damage"] == "none":
         return _unknown("no damage in this phase")
     return phase if phase["frames"] else _unknown("too short")
@@ -196,10 +214,12 @@ def jumps(side: str, expected: bool) -> Callable[[Summary], Finding]:
 
 def head_band(summary: Summary) -> Finding:
     """Whether the head map's distortion lies in the paper's band wherever the summary tells, after ten minutes."""
-    first, second = _marks(summary, 0, "head"), _marks(summary, 1, "head")
+    intact, first, second = _phase(summary, 0), _marks(summary, 0, "head"), _marks(summary, 1, "head")
+    if isinstance(intact, Finding):
+        return intact
     if isinstance(first, Finding):
         return first
-    if summary["phases"][0]["frames"] < 2 * WINDOW:
+    if intact["frames"] < 2 * WINDOW:
         return _unknown("too short")
     values = [first["end"], *([] if isinstance(second, Finding) else second.values())]
     inside = all(HEAD_BAND[0] <= value <= HEAD_BAND[1] for value in values)
@@ -278,8 +298,10 @@ CLAIMS: tuple[Claim, ...] = (
         "head map is fine",
         "After ten minutes the head map's distortion stays between 0.01 and 0.02.",
         "0.01 to 0.02 (Fig. 5)",
-        "Holds if it lies there at the end of the intact phase, and at start, peak and end of the damaged one.",
+        "Holds if it lies there at the end of the intact phase, and at start, peak and end of the damaged one; "
+        "cannot tell if the distances are not in [0, 1] units.",
         head_band,
+        "head",
     ),
     Claim(
         "head map does not jump",

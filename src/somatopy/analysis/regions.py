@@ -8,14 +8,16 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
+from somatopy.analysis.columns import readable
 from somatopy.analysis.runs import Run
+from somatopy.clock import FRAMES_PER_SECOND
 from somatopy.percept import Floats
 
 __all__ = ["FEW", "Regions", "arm_regions"]
 
 CELLS = 24
-#: Cells with fewer frames (two seconds) tell nothing.
-FEW = 30
+#: Cells with fewer frames than two seconds have tell nothing.
+FEW = 2 * FRAMES_PER_SECOND
 
 
 @dataclass(frozen=True)
@@ -24,20 +26,33 @@ class Regions:
 
     Attributes:
         joints: names of the arm joints.
-        edges: borders of the cells along each joint, shape (n_arm, cells + 1), rad; the same for all phases.
+        edges: borders of the cells along each joint, shape (n_arm, cells + 1), in its unit; the same for all phases.
         frames: per pair (a, b) with a < b, shape (cells along a, cells along b).
         misses: likewise.
+        units: unit of each joint's values in `edges`; angles have "rad".
 
     Example:
         >>> edges = np.array([[0.0, 1.0], [0.0, 1.0]])
-        >>> Regions(("a", "b"), edges, {(0, 1): np.array([[40]])}, {(0, 1): np.array([[10]])}).share(0, 1)
-        array([[0.25]])
+        >>> regions = Regions(("a", "b"), edges, {(0, 1): np.array([[40]])}, {(0, 1): np.array([[10]])}, ("rad", "m"))
+        >>> regions.share(0, 1), regions.axis(0), regions.axis(1)
+        (array([[0.25]]), 'a (°)', 'b (m)')
     """
 
     joints: tuple[str, ...]
     edges: Floats
     frames: dict[tuple[int, int], NDArray[np.int64]]
     misses: dict[tuple[int, int], NDArray[np.int64]]
+    units: tuple[str, ...]
+
+    def axis(self, joint: int) -> str:
+        """A joint's name, with the unit in which `borders` gives its cells."""
+        sign = readable(self.units[joint])[1]
+        return f"{self.joints[joint]} ({sign})" if sign else self.joints[joint]
+
+    def borders(self, joint: int) -> Floats:
+        """Borders of the cells along a joint as a reader is shown them: degrees for angles, shape (cells + 1,)."""
+        borders: Floats = readable(self.units[joint])[0] * self.edges[joint]
+        return borders
 
     def share(self, a: int, b: int) -> Floats:
         """Share of frames with the hand missed in each cell; NaN where there are fewer than `FEW` frames."""
@@ -62,27 +77,32 @@ def arm_regions(run: Run, cells: int = CELLS) -> dict[int, Regions]:
     Returns:
         By index of the phase; empty where the run has no frames, or fewer than two arm joints.
     """
-    names = [n for n in run.columns if n.startswith("arm_") and n.endswith("_rad") and not n.startswith("arm_command")]
-    if len(names) < 2:
+    joints = run.joints("arm")
+    if len(joints) < 2:
         return {}
-    table = run.frames([*names, "hit", "phase"])
-    arm = np.column_stack([table[name].to_numpy() for name in names])
+    arm = run.postures("arm")
     if not len(arm):
         return {}
-    missed, phase = ~table["hit"].to_numpy().astype(bool), table["phase"].to_numpy()
+    missed, phase = ~run.values("hit").astype(bool), run.values("phase")
     low, high = arm.min(axis=0), arm.max(axis=0)
     edges = np.linspace(low, np.where(high > low, high, low + 1.0), cells + 1, axis=1)
-    cell = np.stack([np.searchsorted(edges[k, 1:-1], arm[:, k], side="right") for k in range(len(names))])
-    joints = tuple(name.removeprefix("arm_").removesuffix("_rad") for name in names)
-    return {int(p): _count(joints, edges, cell[:, phase == p], missed[phase == p]) for p in np.unique(phase)}
+    cell = np.stack([np.searchsorted(edges[k, 1:-1], arm[:, k], side="right") for k in range(len(joints))])
+    units = run.units("arm")
+    return {
+        int(p): Regions(joints, edges, *_count(cell[:, phase == p], missed[phase == p], cells), units)
+        for p in np.unique(phase)
+    }
 
 
-def _count(joints: tuple[str, ...], edges: Floats, cell: NDArray[np.int64], missed: NDArray[np.bool_]) -> Regions:
-    cells = edges.shape[1] - 1
-    pairs = list(combinations(range(len(joints)), 2))
+Counts = dict[tuple[int, int], NDArray[np.int64]]
+
+
+def _count(cell: NDArray[np.int64], missed: NDArray[np.bool_], cells: int) -> tuple[Counts, Counts]:
+    """Frames and misses over every pair of joints."""
+    pairs = list(combinations(range(len(cell)), 2))
     flat = {(a, b): cell[a] * cells + cell[b] for a, b in pairs}
 
-    def counts(where: NDArray[np.bool_] | slice) -> dict[tuple[int, int], NDArray[np.int64]]:
+    def counts(where: NDArray[np.bool_] | slice) -> Counts:
         return {pair: np.bincount(flat[pair][where], minlength=cells**2).reshape(cells, cells) for pair in pairs}
 
-    return Regions(joints, edges, counts(slice(None)), counts(missed))
+    return counts(slice(None)), counts(missed)

@@ -5,16 +5,26 @@ from __future__ import annotations
 import json
 import os
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from somatopy.analysis.columns import ColumnOfRun, Role, described, vector_of, vectors_there
+from somatopy.percept import Floats
 
 if TYPE_CHECKING:
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-__all__ = ["Run", "RunFolderError", "load_run"]
+__all__ = ["FORMAT", "Run", "RunFolderError", "load_run", "writing"]
+
+#: The format of run folders that the analysis reads, as experiment.toml names it.
+FORMAT = 2
 
 
 class RunFolderError(ValueError):
@@ -26,7 +36,7 @@ class Run:
     """A run folder, opened for reading; frames, summary and cost are read when asked for.
 
     A run that was killed is as good as any other: it has the parts that were finished. What a crash left behind under
-    another name (`*.partial`) is ignored.
+    another name (`*.partial`) is ignored, whichever version wrote it.
 
     Attributes:
         path: the folder.
@@ -68,7 +78,74 @@ class Run:
     @property
     def columns(self) -> tuple[str, ...]:
         """Names of the recorded columns; empty while no part is finished."""
-        return tuple(_open_part(self.parts[0]).schema_arrow.names) if self.parts else ()
+        return tuple(column.name for column in self.described_columns)
+
+    @property
+    def described_columns(self) -> tuple[ColumnOfRun, ...]:
+        """The recorded columns with meaning, unit and role; empty while no part is finished."""
+        return described(_open_part(self.parts[0]).schema_arrow) if self.parts else ()
+
+    def unit(self, column: str) -> str:
+        """Unit of a column; "" for pure numbers, and where there is no such column."""
+        return next((found.unit for found in self.described_columns if found.name == column), "")
+
+    def joints(self, sense: str, role: Role = "sensed") -> tuple[str, ...]:
+        """Names of the joints of a sense, in the order of its vectors; empty where no such vector was recorded.
+
+        Raises:
+            RunFolderError: the folder was recorded in another format.
+        """
+        return tuple(column.label for column in self._vector(sense, role))
+
+    def units(self, sense: str, role: Role = "sensed") -> tuple[str, ...]:
+        """Units of the values of a sense, in the order of its vectors; angles have "rad"."""
+        return tuple(column.unit for column in self._vector(sense, role))
+
+    def postures(self, sense: str, role: Role = "sensed", start: int = 0, stop: int | None = None) -> Floats:
+        """The vectors of a sense in the frames `start` to `stop` (excluded).
+
+        Args:
+            sense: "arm", "head", or another sense of the robot.
+            role: "sensed"; "command" for its final target; "percept" for what the learner perceives, after damage.
+            start: first frame, counted from 0 over the whole run.
+            stop: the frame to stop before; the end of the run by default.
+
+        Returns:
+            Shape (frames, joints), in the unit of the columns: rad for angles. (0, 0) while no part is finished.
+
+        Raises:
+            RunFolderError: no such vector was recorded, the folder was recorded in another format, or it is damaged.
+        """
+        vector = self._vector(sense, role)
+        if not vector:
+            there = self.described_columns
+            if there:
+                raise RunFolderError(
+                    f"{self.path} has no {role} vector of the sense {sense!r}. Those it has: {vectors_there(there)}."
+                )
+            return np.empty((0, 0))
+        table = self.frames([column.name for column in vector], start, stop)
+        return np.column_stack([table[column.name].to_numpy() for column in vector]).astype(np.float64)
+
+    def check_format(self) -> None:
+        """Make sure that the folder is in the format that the analysis reads.
+
+        Raises:
+            RunFolderError: it is not; the message says what to do.
+        """
+        found = self.description.get("format")
+        if found != FORMAT:
+            versions = self.description.get("versions")
+            writer = versions.get("somatopy") if isinstance(versions, dict) else None
+            raise RunFolderError(
+                f"{self.path} was recorded in {'an older format' if found is None else f'format {found}'}, and this "
+                f"version of somatopy reads format {FORMAT}: use the version that recorded it"
+                f"{f' ({writer})' if writer else ''}, or run its experiment again."
+            )
+
+    def _vector(self, sense: str, role: Role) -> list[ColumnOfRun]:
+        self.check_format()
+        return vector_of(self.described_columns, sense, role)
 
     def frames(self, columns: Sequence[str] | None = None, start: int = 0, stop: int | None = None) -> pa.Table:
         """Read columns of the frames `start` to `stop` (excluded); parts outside are not read.
@@ -98,7 +175,22 @@ class Run:
             if not tables or last > first:
                 tables.append(_read_part(part, file, columns).slice(first, max(last - first, 0)))
             begin += file.metadata.num_rows
-        return pa.concat_tables(tables) if tables else pa.table({name: pa.nulls(0) for name in columns or ()})
+        try:
+            return pa.concat_tables(tables) if tables else pa.table({name: pa.nulls(0) for name in columns or ()})
+        except pa.ArrowInvalid as error:
+            why = " ".join(str(error).split())
+            raise RunFolderError(f"The parts in {self.path / 'frames'} do not belong to one run ({why}).") from error
+
+    def values(self, column: str) -> NDArray[Any]:
+        """All values of a column of numbers or truth values, shape (frames,).
+
+        Raises:
+            RunFolderError: there is no such column, or it holds something else.
+        """
+        found: NDArray[Any] = self.frames([column])[column].to_numpy()
+        if len(found) and found.dtype.kind not in "biuf":
+            raise RunFolderError(f"The column {column!r} in {self.path / 'frames'} must hold a number in every frame.")
+        return found
 
     @property
     def summary(self) -> dict[str, Any] | None:
@@ -152,6 +244,18 @@ def load_run(path: str | os.PathLike[str]) -> Run:
         raise RunFolderError(f"{source} is not valid TOML ({error}). Restore the file, or run again.") from error
 
 
+@contextmanager
+def writing(path: Path) -> Iterator[Path]:
+    """Say in the words of a run folder why a file cannot be written."""
+    try:
+        yield path
+    except OSError as error:
+        raise RunFolderError(
+            f"{path} cannot be written ({error.strerror or error}): nothing else may have that name, and its folder "
+            "must be there and writable."
+        ) from error
+
+
 def _open_part(part: Path) -> pq.ParquetFile:
     import pyarrow as pa
     import pyarrow.parquet as pq
@@ -171,9 +275,9 @@ def _read_part(part: Path, file: pq.ParquetFile, columns: Sequence[str] | None) 
         raise RunFolderError(f"{part} has no column {', '.join(map(repr, unknown))}. Its columns: {', '.join(names)}.")
     try:
         table = file.read(columns=columns)
-    except (pa.ArrowException, OSError) as error:
+        return table if columns is None else table.select(list(columns))
+    except (pa.ArrowException, OSError, KeyError) as error:  # KeyError: a name stands there twice
         raise _damaged(part, error) from error
-    return table if columns is None else table.select(list(columns))
 
 
 def _damaged(part: Path, error: Exception) -> RunFolderError:
@@ -187,7 +291,9 @@ def _read_json(path: Path) -> dict[str, Any] | None:
     if not path.is_file():
         return None
     try:
-        content: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+        content = json.loads(path.read_text(encoding="utf-8"))
     except ValueError as error:
         raise RunFolderError(f"{path} is not valid JSON ({error}). Delete it and analyse the run again.") from error
+    if not isinstance(content, dict):
+        raise RunFolderError(f"{path} holds no JSON object. Delete it and analyse the run again.")
     return content

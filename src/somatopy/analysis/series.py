@@ -8,15 +8,26 @@ from typing import Any
 
 import numpy as np
 
+from somatopy.analysis.phases import played
 from somatopy.analysis.runs import Run
-from somatopy.analysis.windows import FRAMES_PER_MINUTE, WINDOW, moving_mean
+from somatopy.analysis.windows import moving_mean
+from somatopy.clock import FRAMES_PER_MINUTE, WINDOW
 from somatopy.percept import Floats
 
-__all__ = ["border_name", "distortion", "gaze_error", "phase_starts", "window_starts"]
+__all__ = [
+    "border_name",
+    "borders",
+    "distance_units",
+    "distortion",
+    "gaze_error",
+    "in_shares",
+    "phase_starts",
+    "window_starts",
+]
 
 
 def distortion(run: Run, side: str, every: int = 300) -> tuple[Floats, Floats]:
-    """The moving mean of winner distances over 1,800 inputs, in [0, 1] units (the paper's Figures 4 and 5).
+    """The moving mean of winner distances over 1,800 inputs (the paper's Figures 4 and 5).
 
     Args:
         run: an open run folder.
@@ -24,15 +35,31 @@ def distortion(run: Run, side: str, every: int = 300) -> tuple[Floats, Floats]:
         every: frames from one point to the next; the means themselves take every frame.
 
     Returns:
-        Time in windows, and the means there; empty where the learner records none or the run is too short.
+        Time in windows, and the means there, in the unit that `distance_units` tells; empty where the learner records
+        none or the run is too short.
     """
     name = f"{side}_distance"
     if name not in run.columns:
         return np.empty(0), np.empty(0)
-    means = moving_mean(run.frames([name])[name].to_numpy())[every - 1 :: every]
+    means = moving_mean(run.values(name))[every - 1 :: every]
     at = (1 + np.arange(len(means))) * every / WINDOW
     known = np.isfinite(means)
     return at[known], means[known]
+
+
+def distance_units(run: Run) -> dict[str, str]:
+    """The units in which a run has the distances from arm and head to their winners: see `in_shares`."""
+    return {side: run.unit(f"{side}_distance") for side in ("arm", "head")}
+
+
+def in_shares(unit: str) -> bool:
+    """Whether a distance of this unit is one in [0, 1] units, of which 1 is a joint's whole range, as the paper's are.
+
+    Example:
+        >>> in_shares("1"), in_shares("rad")
+        (True, False)
+    """
+    return unit in ("", "1")
 
 
 def gaze_error(run: Run, minutes: float = 5.0) -> tuple[Floats, Floats]:
@@ -47,7 +74,7 @@ def gaze_error(run: Run, minutes: float = 5.0) -> tuple[Floats, Floats]:
         degrees, shape (n, 4). Empty where the angle was not recorded.
     """
     size = round(minutes * FRAMES_PER_MINUTE)
-    angles = run.frames(["gaze_error_rad"])["gaze_error_rad"].to_numpy() if "gaze_error_rad" in run.columns else []
+    angles = run.values("gaze_error_rad") if "gaze_error_rad" in run.columns else np.empty(0)
     full = len(angles) // size
     stretches = np.degrees(np.asarray(angles[: full * size], dtype=np.float64)).reshape(full, size)
     known = np.isfinite(stretches).any(axis=1)
@@ -70,10 +97,12 @@ def window_starts(phases: Sequence[Mapping[str, Any]]) -> list[list[float]]:
 
 
 def borders(phases: Sequence[Mapping[str, Any]]) -> list[tuple[float, str]]:
-    """Where a later phase begins, in windows, and what happens there."""
-    starts = phase_starts(phases)[1:-1]
-    names = [border_name(before["damage"], after["damage"]) for before, after in pairwise(phases)]
-    return [(at, name) for at, name, phase in zip(starts, names, phases[1:], strict=True) if phase["frames"]]
+    """Where a phase begins that follows another, in windows, and what happens there; phases without frames are none."""
+    starts = phase_starts(phases)
+    return [
+        (starts[after], border_name(phases[before]["damage"], phases[after]["damage"]))
+        for before, after in pairwise(played(phases))
+    ]
 
 
 def border_name(before: str, after: str) -> str:

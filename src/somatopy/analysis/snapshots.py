@@ -5,17 +5,22 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass, fields
 from pathlib import Path
+from typing import Any
 from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
 
-from somatopy.analysis.runs import RunFolderError
+from somatopy.analysis.runs import Run, RunFolderError
 from somatopy.percept import Floats
 
-__all__ = ["Snapshot", "load_snapshot"]
+__all__ = ["OtherArrays", "Snapshot", "load_snapshot", "paper_snapshot"]
 
 Indices = NDArray[np.int64]
+
+
+class OtherArrays(RunFolderError):
+    """A snapshot of a learner whose arrays are its own: not two sheets of units with links between them."""
 
 
 @dataclass(frozen=True)
@@ -79,19 +84,59 @@ def load_snapshot(path: str | os.PathLike[str]) -> Snapshot:
     """Read a maps/window-*.npz.
 
     Raises:
-        RunFolderError: the file is damaged, or lacks an array.
+        OtherArrays: it does not hold both maps and the links between them.
+        RunFolderError: the file is damaged.
     """
     try:
         with np.load(Path(path), allow_pickle=False) as arrays:
             found = {field.name: arrays[field.name] for field in fields(Snapshot)}
     except KeyError as error:
-        raise RunFolderError(f"{path} lacks an array: {error}. Is it a snapshot of maps and links?") from error
+        raise OtherArrays(f"{path} lacks an array: {error}. Is it a snapshot of maps and links?") from error
     except (OSError, EOFError, ValueError, BadZipFile) as error:
-        raise RunFolderError(f"{path} is damaged ({error}). Delete it, or run the experiment again.") from error
+        why = "it holds no plain arrays" if isinstance(error, ValueError) else error
+        raise RunFolderError(f"{path} is damaged ({why}). Delete it, or run the experiment again.") from error
+    if why := _no_sheets(found):
+        raise OtherArrays(f"{path} does not hold two sheets of units and the links between them: {why}.")
     found["frame"] = int(found["frame"])
     for name in ("arm_shape", "head_shape"):
         found[name] = tuple(int(n) for n in found[name])
     return Snapshot(**found)
+
+
+def paper_snapshot(run: Run, path: Path) -> Snapshot | None:
+    """A snapshot of a run, or None where its arrays are not the paper's maps over the run's arm and head.
+
+    Raises:
+        RunFolderError: the file is damaged.
+    """
+    try:
+        maps = load_snapshot(path)
+    except OtherArrays:
+        return None
+    fits = [len(run.joints(side)) == len(limits) for side, limits in _limits(maps)]
+    return maps if all(fits) else None
+
+
+def _limits(maps: Snapshot) -> tuple[tuple[str, Floats], ...]:
+    return ("arm", maps.arm_limits), ("head", maps.head_limits)
+
+
+def _no_sheets(found: dict[str, NDArray[Any]]) -> str:
+    """What keeps arrays with the names of the paper's from being what these are; "" if nothing does."""
+    if words := [name for name, array in found.items() if array.dtype.kind not in "biuf"]:
+        return f"{words[0]} holds no numbers"
+    if found["frame"].ndim:
+        return "frame is no number"
+    for side, links in (("arm", "link_pre"), ("head", "link_post")):
+        codebook, shape, limits = (found[f"{side}_{name}"] for name in ("codebook", "shape", "limits"))
+        if shape.shape != (2,) or codebook.ndim != 2 or len(codebook) != shape.prod():
+            return f"{side}_codebook has shape {codebook.shape}, {side}_shape says {shape.tolist()}"
+        if limits.shape != (codebook.shape[1], 2):
+            return f"{side}_limits has shape {limits.shape}, the units have {codebook.shape[1]} values"
+        named = np.isin(found[links], np.arange(len(codebook)))
+        if named.shape != found["link_weight"].shape or not named.all():
+            return f"{links} names units that are not there"
+    return ""
 
 
 def _postures(codebook: Floats, limits: Floats) -> Floats:

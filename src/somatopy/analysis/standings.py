@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from somatopy.analysis.bounds import ceiling_rates, reactive_efficiency
+from somatopy.analysis.phases import kind_name, played
 from somatopy.analysis.runs import Run
 from somatopy.analysis.summary import summarise
 
@@ -36,7 +37,7 @@ class Standing:
 
 
 def standings(run: Run, summary: Mapping[str, Any] | None = None) -> list[Standing]:
-    """The bounds, the run, and its controls from the best in the first phase to the worst.
+    """The bounds, the run, and its controls from the best in the first phase that has frames to the worst.
 
     The controls have the run's seed, so its babbling, so its ceiling.
 
@@ -44,10 +45,13 @@ def standings(run: Run, summary: Mapping[str, Any] | None = None) -> list[Standi
         run: an open run folder.
         summary: its summary, if it is at hand.
     """
-    limits = ceiling_rates(run)[1]
-    own = _standing(OWN, summary or summarise(run), limits)
+    summary = summary or summarise(run)
+    phases = len(summary["phases"])
+    limits = _padded(ceiling_rates(run)[1], phases)
+    own = _standing(OWN, summary, limits)
     controls = [_standing(name, summarise(control), limits) for name, control in run.controls.items()]
-    return [*_bounds(run, limits), own, *sorted(controls, key=lambda control: -(control.rates[0] or 0.0))]
+    first = next(iter(played(summary["phases"])), 0)
+    return [*_bounds(run, limits), own, *sorted(controls, key=lambda control: -(control.rates[first] or 0.0))]
 
 
 def _bounds(run: Run, limits: Sequence[float | None]) -> list[Standing]:
@@ -62,12 +66,16 @@ def _bounds(run: Run, limits: Sequence[float | None]) -> list[Standing]:
 
 
 def _standing(name: str, summary: Mapping[str, Any], limits: Sequence[float | None]) -> Standing:
-    rates = tuple(phase["rate"] for phase in summary["phases"])
-    padded = [*limits, *[None] * len(rates)]
+    rates = _padded([phase["rate"] for phase in summary["phases"]], len(limits))
     shares = tuple(
-        rate / limit if rate is not None and limit else None for rate, limit in zip(rates, padded, strict=False)
+        rate / limit if rate is not None and limit else None for rate, limit in zip(rates, limits, strict=True)
     )
-    return Standing(name, summary["eye"], rates, shares, summary)
+    return Standing(name, kind_name(str(summary["eye"])), rates, shares, summary)
+
+
+def _padded(rates: Sequence[float | None], phases: int) -> Rates:
+    """One rate a phase: None where it is not known."""
+    return tuple([*rates, *[None] * phases][:phases])
 
 
 def render_standings(rows: Sequence[Standing], phases: Sequence[str]) -> str:

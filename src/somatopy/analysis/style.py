@@ -10,6 +10,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from somatopy.analysis.phases import kind_name
+from somatopy.analysis.runs import writing
+from somatopy.files import write_whole
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -84,22 +88,27 @@ def style() -> Iterator[None]:
 def save(figure: Figure, folder: str | Path, stem: str) -> tuple[Path, Path]:
     """Write `stem`.png (150 dpi) and `stem`.svg into a folder, made if need be: same figure, same bytes.
 
+    Each is written whole or not at all.
+
     Returns:
         The paths of both files.
     """
     png, svg = (Path(folder) / f"{stem}.{kind}" for kind in ("png", "svg"))
-    png.parent.mkdir(parents=True, exist_ok=True)
-    with style():
-        figure.savefig(png, dpi=150)
+    with writing(png.parent):
+        png.parent.mkdir(parents=True, exist_ok=True)
+    with style(), writing(png):
+        write_whole(png, lambda file: figure.savefig(file, format="png", dpi=150))
+    with style(), writing(svg):
         figure.set_layout_engine("none")  # laid out once is enough, and it is half of the time
-        figure.savefig(svg, metadata={"Date": None})
+        write_whole(svg, lambda file: figure.savefig(file, format="svg", metadata={"Date": None}))
     return png, svg
 
 
 def source(summary: Mapping[str, Any]) -> str:
-    """What a figure must say of its run: learner, eye, motion, seed."""
-    learner, eye, motion, seed = (summary[key] for key in ("learner", "eye", "motion", "seed"))
-    return f"{learner} learner, {eye} eye, {motion} motion, seed {seed}"
+    """What a figure must say of its run: learner, eye, motion (of bodies that have a choice), seed."""
+    motion = summary["motion"]
+    parts = [f"{kind_name(str(summary[part]))} {part}" for part in ("learner", "eye")]
+    return ", ".join([*parts, *([f"{motion} motion"] if motion else []), f"seed {summary['seed']}"])
 
 
 def mark(axes: Axes, at: float, text: str) -> None:

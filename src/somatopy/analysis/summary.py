@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from dataclasses import asdict
 from itertools import pairwise
 from typing import Any
@@ -12,9 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from somatopy.analysis.bounds import ceiling_rates, ceiling_shares, efficiency, reactive_rate
-from somatopy.analysis.runs import Run, RunFolderError
+from somatopy.analysis.described import kind_of, phases_of, setting
+from somatopy.analysis.phases import damage_text
+from somatopy.analysis.runs import Run, RunFolderError, writing
 from somatopy.analysis.trends import fit_trends
 from somatopy.analysis.windows import hits_per_window, moving_mean
+from somatopy.files import write_whole
 from somatopy.percept import Floats
 
 __all__ = ["summarise", "write_summary"]
@@ -23,11 +25,13 @@ __all__ = ["summarise", "write_summary"]
 def summarise(run: Run) -> dict[str, Any]:
     """Compute the measures of a run, finished or killed.
 
-    Each phase of the description has its entry with the frames that are there. What a run is too short for, or its
-    learner does not record, is None; `hits_per_window` is empty without a full window, `trends` has one entry a
-    segment. Distortion is the mean winner distance of the last 1,800 inputs after the update, in [0, 1] units, running
-    on across phase borders: at the phase's first frame with 1,800 inputs behind it, its maximum in the phase, and at
-    the phase's last frame (the paper, section IV and Fig. 4). Efficiency, and both bounds, need ceiling.json.
+    Each phase of the description has its entry with the frames that are there; its damage is the kinds of its
+    interventions in one text. What a run is too short for, or its learner does not record, is None; `hits_per_window`
+    is empty without a full window, `trends` has one entry a segment. Distortion is the mean winner distance of the last
+    1,800 inputs after the update, in the unit of its column (see `distance_units`), running on across phase borders: at
+    the phase's first frame with 1,800 inputs behind it, its maximum in the phase, and at the phase's last frame (the
+    paper, section IV and Fig. 4). Efficiency, and both bounds, need ceiling.json. `motion` is None for a body that
+    offers no choice of it.
 
     Args:
         run: an open run folder.
@@ -36,18 +40,18 @@ def summarise(run: Run) -> dict[str, Any]:
         Plain data, ready for JSON.
 
     Raises:
-        RunFolderError: a damaged part, or a description that lacks a key needed here.
+        RunFolderError: a damaged part, a description that lacks a key needed here, or a folder in another format.
     """
-    hits, phase_of_frame = (_column(run, name) for name in ("hit", "phase"))
+    run.check_format()
+    phases, kinds = phases_of(run), {part: kind_of(run, part) for part in ("body", "eye", "learner")}
+    hits, borders = run.values("hit").astype(bool), _borders(run, len(phases))
     distortions = {side: _distortion(run, f"{side}_distance") for side in ("arm", "head")}
-    phases = _setting(run, "phases")
-    borders = np.searchsorted(phase_of_frame, np.arange(len(phases) + 1))
     shares = [*(ceiling_shares(run) or []), *[None] * len(phases)][: len(phases)]
     return {
-        "seed": _setting(run, "seed"),
-        "eye": _setting(run, "eye", "kind"),
-        "motion": _setting(run, "body", "motion"),
-        "learner": _setting(run, "learner", "kind"),
+        "seed": setting(run, "seed"),
+        "eye": kinds["eye"],
+        "motion": setting(run, "body").get("motion"),
+        "learner": kinds["learner"],
         "ceiling_rate": ceiling_rates(run)[0],
         "reactive_rate": reactive_rate(run),
         "phases": [
@@ -64,10 +68,21 @@ def write_summary(run: Run) -> dict[str, Any]:
         The summary.
     """
     summary = summarise(run)
-    aside = run.path / "summary.json.partial"
-    aside.write_text(json.dumps(summary, indent=2, allow_nan=False) + "\n", encoding="utf-8")
-    os.replace(aside, run.path / "summary.json")
+    with writing(run.path / "summary.json") as path:
+        write_whole(path, json.dumps(summary, indent=2, allow_nan=False) + "\n")
     return summary
+
+
+def _borders(run: Run, phases: int) -> NDArray[np.int64]:
+    """Where each phase begins, and the last one ends, in frames."""
+    found = run.values("phase")
+    inside = all(index in range(phases) for index in (*found[:1], *found[-1:]))
+    if len(found) and not (inside and (np.diff(found) >= 0).all()):
+        raise RunFolderError(
+            f"The frames in {run.path / 'frames'} have the phases {np.unique(found).tolist()}, and experiment.toml "
+            f"describes {phases}, which follow each other from 0: restore the file that belongs to these frames."
+        )
+    return np.searchsorted(found, np.arange(phases + 1))
 
 
 def _phase(
@@ -76,7 +91,7 @@ def _phase(
     total, counts = int(hits.sum()), hits_per_window(hits)
     trends = fit_trends(counts, phase.get("trend_breaks", ()))
     return {
-        "damage": phase.get("damage", {}).get("kind", "none"),
+        "damage": damage_text(phase.get("interventions", ())),
         "frames": len(hits),
         "hits": total,
         "rate": total / len(hits) if len(hits) else None,
@@ -97,19 +112,4 @@ def _landmarks(means: Floats) -> dict[str, float | None]:
 
 
 def _distortion(run: Run, name: str) -> Floats:
-    return moving_mean(_column(run, name)) if name in run.columns else np.empty(0)
-
-
-def _column(run: Run, name: str) -> NDArray[Any]:
-    values: NDArray[Any] = run.frames([name])[name].to_numpy()
-    return values.astype(bool) if name == "hit" else values
-
-
-def _setting(run: Run, *keys: str) -> Any:
-    value: Any = run.description
-    for depth, key in enumerate(keys):
-        if not isinstance(value, dict) or key not in value:
-            where = f"[{'.'.join(keys[:depth])}] in " if depth else ""
-            raise RunFolderError(f"{where}{run.path / 'experiment.toml'} lacks {key!r}: it does not describe a run.")
-        value = value[key]
-    return value
+    return moving_mean(run.values(name)) if name in run.columns else np.empty(0)

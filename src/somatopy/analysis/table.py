@@ -6,10 +6,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from somatopy.analysis.phases import beside_paper
+from somatopy.analysis.series import in_shares
 from somatopy.analysis.trends import Trend
-from somatopy.analysis.windows import DISTORTION_WIDTH, WINDOW
+from somatopy.clock import DISTORTION_WIDTH, WINDOW
 
-__all__ = ["PAPER_TRENDS", "Cell", "Row", "comparison", "render"]
+__all__ = ["PAPER_TRENDS", "Cell", "Row", "comparison", "paper_lines", "render"]
 
 Cell = tuple[float, ...] | str
 
@@ -24,6 +26,7 @@ PAPER_HITS = 91_658
 
 TOO_SHORT = "n/a (too short)"
 NOT_RECORDED = "n/a (not recorded)"
+OTHER_UNIT = " (cannot tell: the paper's is in [0, 1] units)"
 NOT_REPORTED = "not reported"
 
 
@@ -60,26 +63,38 @@ class Row:
         return _text(self.form, self.paper), run
 
 
-def comparison(summary: Mapping[str, Any]) -> list[Row]:
+def comparison(summary: Mapping[str, Any], units: Mapping[str, str] | None = None) -> list[Row]:
     """Compare a run's summary with the paper, measure by measure.
 
     The run's first phase stands beside the paper's phase 1 and its second beside the paper's phase 2, however long
-    they are. Slopes are per window; fitted rates are those of the trend at its segment's start and end.
+    they are; see `beside_paper`. Slopes are per window; fitted rates are those of the trend where its segment starts
+    and ends.
+
+    Args:
+        summary: of the run.
+        units: unit of each map's distances, see `distance_units`; [0, 1] units if None.
     """
-    phases = list(summary["phases"])
-    first, second = (phases[index] if index < len(phases) else None for index in (0, 1))
+    arm, head = (_distortion_form((units or {}).get(side, "")) for side in ("arm", "head"))
+    beside_number = head if head == _distortion_form("") else head + OTHER_UNIT
+    first, second = (None if k is None else summary["phases"][k] for k in beside_paper(summary["phases"]))
     part = ("phase 1, intact", "phase 2, after damage")
     return [
         *_counts(part[0], first, PAPER_FRAMES[0], (PAPER_HITS, 100 * PAPER_HITS / PAPER_FRAMES[0])),
         *_trend(part[0], first, 0, PAPER_TRENDS[0], PAPER_FRAMES[0]),
-        _distortion(part[0], phases, 0, "arm", "falls for 5 min, then level (Fig. 4)"),
-        _distortion(part[0], phases, 0, "head", "0.01 to 0.02 after 10 min (Fig. 5)"),
+        _distortion(part[0], (first,), "arm", arm, "falls for 5 min, then level (Fig. 4)"),
+        _distortion(part[0], (first,), "head", beside_number, "0.01 to 0.02 after 10 min (Fig. 5)"),
         *_counts(part[1], second, PAPER_FRAMES[1], NOT_REPORTED),
         *_trend("phase 2, degradation", second, 0, PAPER_TRENDS[1], None),
         *_trend("phase 2, re-adaptation", second, 1, PAPER_TRENDS[2], PAPER_FRAMES[1]),
-        _distortion("phase 2, maps", phases, 1, "arm", "jumps, falls, then level (Fig. 4)"),
-        _distortion("phase 2, maps", phases, 1, "head", "no jump (Fig. 5)"),
+        _distortion("phase 2, maps", (first, second), "arm", arm, "jumps, falls, then level (Fig. 4)"),
+        _distortion("phase 2, maps", (first, second), "head", head, "no jump (Fig. 5)"),
     ]
+
+
+def paper_lines(phases: Sequence[Mapping[str, Any]]) -> list[tuple[int, Sequence[Trend]]]:
+    """The paper's trends by the index of the phase that they stand beside."""
+    pairs = zip(beside_paper(phases), (PAPER_TRENDS[:1], PAPER_TRENDS[1:]), strict=True)
+    return [(index, lines) for index, lines in pairs if index is not None]
 
 
 def render(rows: Sequence[Row], form: Literal["text", "markdown"] = "text") -> str:
@@ -136,17 +151,22 @@ def _trend_cells(trend: Trend, phase_frames: int | None) -> tuple[Cell, Cell, Ce
     return (trend.last - trend.first + 1,), (trend.slope,), (trend.intercept,), rates
 
 
-def _distortion(part: str, phases: Sequence[Mapping[str, Any]], index: int, side: str, paper: str) -> Row:
-    phase = phases[index] if index < len(phases) else None
+def _distortion_form(unit: str) -> str:
+    return "{:.4f}, {:.4f}, {:.4f}" + ("" if in_shares(unit) else f" {unit}")
+
+
+def _distortion(part: str, phases: Sequence[Mapping[str, Any] | None], side: str, form: str, paper: str) -> Row:
+    """`phases`: all up to the one whose distortion it is."""
+    phase = phases[-1]
     marks = phase[f"{side}_distortion"] if phase else {"start": None}
     values = tuple(value for value in marks.values() if value is not None)
-    behind = sum(earlier["frames"] for earlier in phases[: index + 1])
+    behind = sum(earlier["frames"] for earlier in phases if earlier)
     run: Cell
     if len(values) == 3:
         run = values
     else:
         run = NOT_RECORDED if phase and phase["frames"] and behind >= DISTORTION_WIDTH else _missing(phase)
-    return Row(part, f"{side} distortion: start, peak, end", "{:.4f}, {:.4f}, {:.4f}", paper, run)
+    return Row(part, f"{side} distortion: start, peak, end", form, paper, run)
 
 
 def _missing(phase: Mapping[str, Any] | None) -> str:

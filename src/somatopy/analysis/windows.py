@@ -5,13 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from somatopy.clock import DISTORTION_WIDTH, WINDOW
 from somatopy.percept import Floats
 
-__all__ = ["DISTORTION_WIDTH", "FRAMES_PER_MINUTE", "WINDOW", "hits_per_window", "moving_mean"]
-
-FRAMES_PER_MINUTE = 15 * 60
-WINDOW = 5 * FRAMES_PER_MINUTE
-DISTORTION_WIDTH = 2 * FRAMES_PER_MINUTE
+__all__ = ["hits_per_window", "moving_mean"]
 
 
 def hits_per_window(hits: ArrayLike, window: int = WINDOW) -> NDArray[np.int64]:

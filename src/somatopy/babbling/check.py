@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from somatopy.babbling.base import Babbler
-from somatopy.contract import check_members, check_state, law, same
+from somatopy.clock import FRAME
+from somatopy.contract import Babbler, check_members, check_state, law, same
 from somatopy.percept import Floats
 
 __all__ = ["check_babbler"]
@@ -43,7 +43,7 @@ def _fresh(make: Make, seed: int = 1) -> Babbler:
 
 
 def _times(first: int, last: int) -> Iterable[float]:
-    return (k / 15 for k in range(first, last))
+    return (k * FRAME for k in range(first, last))
 
 
 def _commands(babbler: Babbler, times: Iterable[float]) -> list[Floats]:

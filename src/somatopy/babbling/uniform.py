@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import dataclass
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
+from typing_extensions import Doc
 
 from somatopy.percept import Floats, JointGroup
+from somatopy.registry import BuildContext, Finite, Positive, Settings
 
-__all__ = ["UniformBabbler"]
+__all__ = ["Uniform", "UniformBabbler", "check_bounds"]
 
 
 class UniformBabbler:
@@ -82,3 +85,23 @@ def check_bounds(bounds: ArrayLike, arm: JointGroup) -> Floats:
                 f"The range [{low:g}, {high:g}] of {name} must lie inside its limits [{lower:.4f}, {upper:.4f}] rad."
             )
     return np.asarray(np.clip(array, arm.lower[:, None], arm.upper[:, None]))
+
+
+@dataclass(frozen=True)
+class Uniform(Settings):
+    """Motor babbling to uniform random targets."""
+
+    range: Annotated[
+        str | tuple[tuple[Finite, Finite], ...],
+        Doc("A range that the body names, or low and high of each arm joint, rad."),
+    ] = "mechanical"
+    speed: Annotated[Positive, Doc("Speed of the arm's set-points, rad/s.")] = 0.8
+
+    def build(self, context: BuildContext) -> UniformBabbler:
+        """The babbler, from the arm's posture at time 0.
+
+        Raises:
+            ValueError: the body has no range of that name, or the range does not fit the arm.
+        """
+        bounds = self.range if isinstance(self.range, tuple) else context.range(self.range)
+        return UniformBabbler(context.arm, bounds, self.speed, context.start, context.rng)

@@ -1,24 +1,28 @@
 """Robots: the Body contract, and MuJoCo models with an anatomy file."""
 
 from somatopy.bodies import _opengl  # noqa: F401 - before anything that imports mujoco
-from somatopy.bodies.anatomy import BODIES, Anatomy, Coupling, anatomy_path
-from somatopy.bodies.base import Body, BodyError
+from somatopy.bodies.anatomy import MODELS, Anatomy, Coupling, anatomy_path
+from somatopy.bodies.base import BodyError, Diverged
 from somatopy.bodies.check import check_body
-from somatopy.bodies.model import FRAME
-from somatopy.bodies.mujoco import Motion, MujocoBody
+from somatopy.bodies.mujoco import Motion, Mujoco, MujocoBody
 from somatopy.bodies.rendering import NoGL, gl_backend
+from somatopy.contract import Body
+from somatopy.registry import BODIES
 
 __all__ = [
-    "BODIES",
-    "FRAME",
+    "MODELS",
     "Anatomy",
     "Body",
     "BodyError",
     "Coupling",
+    "Diverged",
     "Motion",
+    "Mujoco",
     "MujocoBody",
     "NoGL",
     "anatomy_path",
     "check_body",
     "gl_backend",
 ]
+
+BODIES.add("mujoco", "somatopy.bodies.mujoco:Mujoco")

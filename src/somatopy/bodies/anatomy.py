@@ -10,13 +10,13 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 
 from somatopy.bodies.base import BodyError
 
-__all__ = ["BODIES", "Anatomy", "Coupling", "anatomy_path"]
+__all__ = ["MODELS", "Anatomy", "Coupling", "anatomy_path"]
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Velocity = Annotated[Finite, Field(gt=0)]
 
-#: Bodies that come with somatopy: name -> anatomy file.
-BODIES = {"nao": Path(__file__).parent / "nao" / "anatomy.toml"}
+#: Robots that come with somatopy: name -> anatomy file.
+MODELS = {"nao": Path(__file__).parent / "nao" / "anatomy.toml"}
 
 
 class _Table(BaseModel):
@@ -115,6 +115,10 @@ class Anatomy(_Table):
         both = set(self.arm.joints) & set(self.head.joints)
         if both:
             raise ValueError(f"a joint belongs to arm or head, not to both: {sorted(both)}")
+        for name, intervals in self.ranges.items():
+            if len(intervals) != len(self.arm.joints):
+                joints = list(self.arm.joints)
+                raise ValueError(f"the range {name!r} needs one [low, high] for each of {joints}, not {len(intervals)}")
         return self
 
     @classmethod
@@ -147,8 +151,8 @@ def anatomy_path(body: str) -> Path:
     Raises:
         BodyError: neither a known name nor an existing file.
     """
-    if body in BODIES:
-        return BODIES[body]
+    if body in MODELS:
+        return MODELS[body]
     if Path(body).is_file():
         return Path(body)
-    raise BodyError(f"Body {body!r} is neither a known body nor an anatomy file. Known bodies: {', '.join(BODIES)}.")
+    raise BodyError(f"Body {body!r} is neither a known body nor an anatomy file. Known bodies: {', '.join(MODELS)}.")

@@ -6,12 +6,13 @@ from collections.abc import Callable
 from contextlib import suppress
 from copy import deepcopy
 from functools import partial
+from typing import Any, cast
 
 import numpy as np
 
-from somatopy.bodies.base import Body
-from somatopy.contract import check_members, check_state, facts, law, refused, same
-from somatopy.percept import Camera, Floats, JointGroup, Marker, Reading
+from somatopy.bodies.check_twin import check_twin
+from somatopy.contract import Body, Resumable, Twin, check_members, check_state, facts, law, refused, same
+from somatopy.percept import Camera, Floats, JointGroup, Marker, View
 
 __all__ = ["check_body"]
 
@@ -19,12 +20,15 @@ __all__ = ["check_body"]
 _ROUNDING = 1e-6
 
 
-def check_body(make: Callable[[], Body], *, pictures: bool = True) -> None:
-    """Check that a body keeps its contract.
+def check_body(
+    make: Callable[[], Body], *, pictures: bool = True, injure: Callable[[Any], object] | None = None
+) -> None:
+    """Check that a body keeps its contract, and that of each capability it has: to be resumed, and to have a twin.
 
     Args:
         make: a fresh body, as it is before `reset`.
         pictures: whether to look at the camera's pictures too; they may need OpenGL.
+        injure: changes something of the twin of the body it is given, as a damage does; not tried if None.
 
     Raises:
         ContractError: it breaks a law; the message says which, what was seen and how to fix it.
@@ -49,7 +53,10 @@ def check_body(make: Callable[[], Body], *, pictures: bool = True) -> None:
         _moves_towards_targets(start(), "head")
         _refuses_wrong_targets(start())
         _senses_soundly(start(), pictures)
-        check_state(start, _play)
+        if isinstance(bodies[0], Resumable):
+            check_state(cast("Callable[[int], Any]", start), _play)
+        if isinstance(bodies[0], Twin):
+            check_twin(cast("Callable[[int], Any]", start), injure)
         for body in bodies:
             _closes(body)
     finally:
@@ -139,9 +146,14 @@ def _moves_towards_targets(body: Body, part: str) -> None:
         holds((left < 0.5).all(), "after 60 frames {} of the way is left to {}, of {}", left, goal, group.names)
 
 
+def _state(body: Body) -> object:
+    """All that a body holds, or nothing where it cannot tell."""
+    return deepcopy(body.state()) if isinstance(body, Resumable) else None
+
+
 def _refuses_wrong_targets(body: Body) -> None:
     start = body.reset(0)
-    before = deepcopy(body.state())
+    before = _state(body)
     with law(
         "targets of wrong length or not finite are refused before anything moves",
         "check both targets first of all in step, and raise a ValueError that names the joints",
@@ -150,7 +162,7 @@ def _refuses_wrong_targets(body: Body) -> None:
             for wrong in (good[:-1], np.append(good, 0.0), good * np.nan, good + np.inf):
                 targets = {"arm": start.arm, "head": start.head} | {part: wrong}
                 holds(refused(partial(body.step, **targets)), "step took the {} target {}", part, wrong)
-                holds(same(body.state(), before), "the {} target {} was refused too late", part, wrong)
+                holds(same(_state(body), before), "the {} target {} was refused too late", part, wrong)
 
 
 def _shares_no_arrays(body: Body) -> None:
@@ -160,17 +172,17 @@ def _shares_no_arrays(body: Body) -> None:
         for arm, head in _commands(body):
             reading = body.step(arm, head)
         holds(same(facts(first), senses), "a later step changed a reading")
-        state = deepcopy(body.state())
+        state = _state(body)
         for array in (arm, head, reading.arm, reading.head, reading.arm_command, reading.head_command):
             if array.flags.writeable:
                 array[:] = np.nan
-        holds(same(body.state(), state), "changing a target or a reading changed the body")
+        holds(same(_state(body), state), "changing a target or a reading changed the body")
 
 
 def _senses_soundly(body: Body, pictures: bool) -> None:
     reading = body.reset(0)
     with law("a view holds positions and rotation matrices, row by row", "see View; transpose nothing") as holds:
-        for pose in _poses(reading):
+        for pose in _poses(reading.view):
             turn = pose[3:].reshape(3, 3)
             proper = np.allclose(turn @ turn.T, np.eye(3), atol=_ROUNDING) and np.linalg.det(turn) > 0
             holds(proper and np.isfinite(pose).all(), "the pose {}", pose)
@@ -182,6 +194,5 @@ def _senses_soundly(body: Body, pictures: bool) -> None:
         holds(same(picture, reading.image()), "another picture the second time")
 
 
-def _poses(reading: Reading) -> list[Floats]:
-    view = reading.view
+def _poses(view: View | None) -> list[Floats]:
     return [] if view is None else [view.camera, view.marker, *view.occluders]

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from somatopy._jit import jit
 from somatopy.percept import Floats
 
-__all__ = ["CLEARANCE", "advance_setpoints", "clip_targets", "hold_inside"]
+__all__ = ["CLEARANCE", "advance_setpoints", "aim", "clip_targets", "hold_inside"]
 
 Ints = NDArray[np.int64]
 
@@ -126,6 +126,50 @@ def advance_setpoints(
                 break
         step *= 0.5
     setpoint[by] += min(share, 1.0) * move
+
+
+@jit
+def aim(
+    arm: Floats,
+    head: Floats,
+    target: Floats,
+    setpoint: Floats,
+    sensed: Floats,
+    stride: Floats,
+    lower: Floats,
+    upper: Floats,
+    limited: int,
+    by: int,
+    at: Floats,
+    low: Floats,
+    high: Floats,
+) -> bool:
+    """Take over targets, clipped to all limits, and move the set-points towards them for one frame.
+
+    Args:
+        arm: targets of the arm, shape (n_arm,), rad.
+        head: targets of the head, shape (n_head,), rad.
+        target: targets of both, shape (n,), rad; overwritten.
+        setpoint: as in `advance_setpoints`, as are the two that follow; overwritten.
+        sensed: see there.
+        stride: see there.
+        lower: as in `clip_targets`, as are the six that follow.
+        upper: see there.
+        limited: see there.
+        by: see there.
+        at: see there.
+        low: see there.
+        high: see there.
+
+    Returns:
+        Whether all targets are finite; if one is not, nothing has changed.
+    """
+    if not (np.isfinite(arm).all() and np.isfinite(head).all()):
+        return False
+    target[: arm.size], target[arm.size :] = arm, head
+    clip_targets(target, lower, upper, limited, by, at, low, high)
+    advance_setpoints(setpoint, sensed, target, stride, limited, by, at, low, high)
+    return True
 
 
 @jit

@@ -14,11 +14,11 @@ import numpy as np
 from somatopy.bodies.anatomy import Anatomy
 from somatopy.bodies.base import BodyError
 from somatopy.bodies.marker import add_marker
+from somatopy.clock import FRAME
 from somatopy.percept import Marker
 
-__all__ = ["FRAME", "Build", "build"]
+__all__ = ["Build", "build"]
 
-FRAME = 1.0 / 15.0
 _JOINT = int(mujoco.mjtTrn.mjTRN_JOINT)
 _NO_DYNAMICS = mujoco.mjtDyn.mjDYN_NONE
 
@@ -31,6 +31,8 @@ class Build:
         model: the model; its step divides a frame.
         substeps: physics steps in a frame.
         servos: indices of the servos that ramp, in the order of arm and head joints; none in kinematic motion.
+        calls_directly: whether MuJoCo's functions may be called from compiled code. Not so where the model says how
+            much memory it takes: where that is too little, MuJoCo ends the process, unless it was called from Python.
         arm_solids: names of the arm's geoms that can touch.
         head_solids: the same of the head.
     """
@@ -38,17 +40,19 @@ class Build:
     model: mujoco.MjModel
     substeps: int
     servos: tuple[int, ...]
+    calls_directly: bool
     arm_solids: tuple[str, ...]
     head_solids: tuple[str, ...]
 
 
-def build(anatomy: Anatomy, marker: Marker, servos: bool) -> Build:
+def build(anatomy: Anatomy, marker: Marker, servos: bool, fovy: float | None = None) -> Build:
     """Compile the anatomy's model.
 
     Args:
         anatomy: names the model's file and its parts.
         marker: the cube to put on the hand.
         servos: whether the joints are to be driven by the model's position servos.
+        fovy: vertical field of view of the anatomy's camera, degrees; the model's where None.
 
     Raises:
         BodyError: the file is missing or broken, or lacks something that the anatomy names.
@@ -61,6 +65,9 @@ def build(anatomy: Anatomy, marker: Marker, servos: bool) -> Build:
         ("keyframe", (anatomy.home,) if anatomy.home else ()),
     ):
         _require(spec, anatomy, kind, names)
+    if fovy is not None:
+        camera = spec.camera(anatomy.camera.name)
+        camera.fovy, camera.sensor_size = fovy, (0, 0)
     add_marker(spec, anatomy.marker.body, np.array(anatomy.marker.position), np.array(anatomy.marker.axis), marker)
     solids = _part_arm_and_head(spec, anatomy)
     ramping = _ramp_servos(spec, anatomy) if servos else []
@@ -69,7 +76,7 @@ def build(anatomy: Anatomy, marker: Marker, servos: bool) -> Build:
     model.opt.timestep = FRAME / substeps
     model.vis.map.znear = 0.001 / model.stat.extent
     model.vis.quality.shadowsize = model.vis.quality.offsamples = 0
-    return Build(model, substeps, tuple(servo.id for servo in ramping), *solids)
+    return Build(model, substeps, tuple(servo.id for servo in ramping), spec.memory == -1, *solids)
 
 
 def _parse(path: Path) -> mujoco.MjSpec:

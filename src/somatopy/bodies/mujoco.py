@@ -2,29 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import hashlib
+from collections.abc import Mapping
+from copy import copy
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from time import perf_counter
-from typing import Any, Literal
+from types import MappingProxyType
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 import mujoco
 import numpy as np
+from annotated_types import Gt, Lt
 from numpy.typing import ArrayLike
+from typing_extensions import Doc
 
 from somatopy.bodies.anatomy import Anatomy, anatomy_path
-from somatopy.bodies.base import BodyError
-from somatopy.bodies.limits import CLEARANCE, advance_setpoints, clip_targets, hold_inside
-from somatopy.bodies.marker import SITE
-from somatopy.bodies.model import FRAME, Build, build
+from somatopy.bodies.base import BodyError, Diverged
+from somatopy.bodies.layout import Layout
+from somatopy.bodies.limits import aim, clip_targets
+from somatopy.bodies.model import Build, build
 from somatopy.bodies.occluders import Occluders
+from somatopy.bodies.physics import Physics
 from somatopy.bodies.rendering import Renderer
-from somatopy.percept import Camera, Floats, Image, JointGroup, Marker, Reading, View
+from somatopy.bodies.sensing import Sensing
+from somatopy.clock import FRAME
+from somatopy.percept import Camera, Floats, Image, JointGroup, Marker, Part, Picture, Reading, View
+from somatopy.registry import BuildContext, Settings
 
-__all__ = ["Motion", "MujocoBody"]
+__all__ = ["Motion", "Mujoco", "MujocoBody", "OnHand", "Optics"]
 
 Motion = Literal["dynamic", "kinematic"]
-_JOINT = int(mujoco.mjtTrn.mjTRN_JOINT)
-_ONE_DOF = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
+_ALL = mujoco.mjtState.mjSTATE_INTEGRATION
 
 
 class MujocoBody:
@@ -40,6 +48,7 @@ class MujocoBody:
         arm_speed: speed of the arm's set-points, rad/s; the velocity limits where None.
         head_speed: the same for the head.
         marker: the cube of tags on the hand.
+        fovy: vertical field of view of the camera, degrees; the model's where None.
 
     Attributes:
         arm: names and limits of the arm's joints.
@@ -47,9 +56,9 @@ class MujocoBody:
         camera: the camera that the eye looks through.
         marker: the cube of tags.
         occluders: what can stand between camera and marker; their poses are in each reading's view.
+        ranges: babbling ranges by name, shape (n_arm, 2), rad: the anatomy's, and "mechanical", the joint limits.
         model: the compiled MuJoCo model.
         data: its state.
-        render_s: seconds spent on drawing so far.
 
     Raises:
         BodyError: model and anatomy do not fit; the message lists what there is.
@@ -70,30 +79,45 @@ class MujocoBody:
         arm_speed: float | None = 0.8,
         head_speed: float | None = None,
         marker: Marker | None = None,
+        fovy: float | None = None,
     ) -> None:
         if motion not in ("dynamic", "kinematic"):
             raise BodyError(f"Motion {motion!r} is unknown; choose dynamic or kinematic.")
         for part, speed in (("arm_speed", arm_speed), ("head_speed", head_speed)):
             if speed is not None and not 0 < speed < np.inf:
                 raise BodyError(f"{part} must be a positive number of rad/s, not {speed!r}.")
+        if fovy is not None and not 0 < fovy < 180:
+            raise BodyError(f"fovy must be between 0 and 180 degrees, not {fovy!r}.")
         self.anatomy = anatomy if isinstance(anatomy, Anatomy) else Anatomy.load(anatomy_path(str(anatomy)))
         self.motion = motion
         self.marker = marker or Marker()
-        built = build(self.anatomy, self.marker, servos=motion == "dynamic")
-        self.model, self._substeps = built.model, built.substeps
-        self.data = mujoco.MjData(self.model)
-        self.arm = self._group(self.anatomy.arm.joints, self.anatomy.arm.velocity)
-        self.head = self._group(self.anatomy.head.joints, self.anatomy.head.velocity)
-        self._n_arm = len(self.arm)
-        self._index(built)
-        speeds = [np.minimum(g.velocity, s or np.inf) for g, s in ((self.arm, arm_speed), (self.head, head_speed))]
-        self._stride = np.concatenate(speeds) * FRAME
+        self._speeds = arm_speed or np.inf, head_speed or np.inf
+        self._take(build(self.anatomy, self.marker, servos=motion == "dynamic", fovy=fovy))
+
+    def _take(self, built: Build) -> None:
+        """Be the robot of this model, at its start."""
+        self._built, self.model, self.data = built, built.model, mujoco.MjData(built.model)
+        self._layout = Layout.of(self.model, self.anatomy)
+        self.arm, self.head = self._layout.arm, self._layout.head
+        self._stride = FRAME * np.concatenate(
+            [
+                np.minimum(group.velocity, speed)
+                for group, speed in zip((self.arm, self.head), self._speeds, strict=True)
+            ]
+        )
+        self.ranges: Mapping[str, Floats] = MappingProxyType(
+            {"mechanical": self.arm.space.limits} | {name: np.array(r) for name, r in self.anatomy.ranges.items()}
+        )
         name, size = self.anatomy.camera.name, (self.anatomy.camera.width, self.anatomy.camera.height)
         self.camera = Camera(name, *size, fovy=float(np.deg2rad(self.model.camera(name).fovy[0])))
-        self.render_s = 0.0
+        self._limits: Any = self._layout.lower, self._layout.upper, *self._layout.coupling
+        self._occluders = Occluders(self.model)
+        self.occluders = self._occluders.shapes
+        self._sensing = self._sensing_of(self.data)
+        self._physics = Physics(built, self.data, self._layout) if self.motion == "dynamic" else None
+        self._state_size = mujoco.mj_stateSize(self.model, _ALL)
         self._renderers: dict[tuple[str, int, int], Renderer] = {}
         self._imagined: mujoco.MjData | None = None
-        self._frame = 0
         self.reset()
 
     # -- the contract ------------------------------------------------------------------------------------------------
@@ -102,15 +126,13 @@ class MujocoBody:
         """Stand in the home posture at time 0. The body has no noise: `seed` changes nothing."""
         self._go_home(self.data)
         self._frame = 0
-        self._setpoint = self.data.qpos[self._qpos]
-        clip_targets(self._setpoint, self._lower, self._upper, *self._coupling)
-        self.data.qpos[self._qpos] = self._setpoint
+        self._setpoint = self.data.qpos[self._layout.places]
+        self._clip(self._setpoint)
+        self.data.qpos[self._layout.places] = self._setpoint
         self._target = self._setpoint.copy()
-        for servo, qpos in self._others.items():
-            self.data.ctrl[servo] = self.data.qpos[qpos]
-        if self.motion == "dynamic":
-            self.data.ctrl[self._servo] = 0.0
-            self.data.act[self._act] = self._setpoint
+        self.data.ctrl[self._layout.others] = self.data.qpos[self._layout.rests]
+        if self._physics is not None:
+            self._physics.rest(self._setpoint)
         return self._sense(0.0)
 
     def step(self, arm: ArrayLike, head: ArrayLike) -> Reading:
@@ -122,23 +144,28 @@ class MujocoBody:
 
         Raises:
             ValueError: a target of wrong length or not finite.
+            Diverged: the physics became unstable. The body stands as it stood before.
         """
-        self._target = np.concatenate([self._checked("arm", arm, self.arm), self._checked("head", head, self.head)])
-        clip_targets(self._target, self._lower, self._upper, *self._coupling)
-        sensed = self.data.qpos[self._qpos]
-        before = self._setpoint.copy()
-        advance_setpoints(self._setpoint, sensed, self._target, self._stride, *self._coupling)
-        if self.motion == "dynamic":
-            self._follow(before)
+        targets = _vector("arm", arm, self.arm), _vector("head", head, self.head)
+        before = self.state() if self._physics is not None else {}
+        sensed = self.data.qpos[self._layout.places]
+        if not aim(targets[0], targets[1], self._target, self._setpoint, sensed, self._stride, *self._limits):
+            raise _not_finite(*targets)
+        if self._physics is None:
+            self.data.qpos[self._layout.places] = self._setpoint
         else:
-            self.data.qpos[self._qpos] = self._setpoint
+            try:
+                self._physics.follow(before["setpoint"], self._setpoint, self._frame * FRAME)
+            except Diverged:
+                self.restore(before)
+                raise
         self._frame += 1
         return self._sense(FRAME)
 
     def state(self) -> dict[str, Any]:
         """MuJoCo's full integration state, set-points, targets and the frame count."""
-        physics = np.empty(mujoco.mj_stateSize(self.model, mujoco.mjtState.mjSTATE_INTEGRATION))
-        mujoco.mj_getState(self.model, self.data, physics, mujoco.mjtState.mjSTATE_INTEGRATION)
+        physics = np.empty(self._state_size)
+        mujoco.mj_getState(self.model, self.data, physics, _ALL)
         return {
             "physics": physics,
             "setpoint": self._setpoint.copy(),
@@ -148,7 +175,7 @@ class MujocoBody:
 
     def restore(self, state: dict[str, Any]) -> Reading:
         """Continue bit for bit from a `state()` of the same body."""
-        mujoco.mj_setState(self.model, self.data, state["physics"], mujoco.mjtState.mjSTATE_INTEGRATION)
+        mujoco.mj_setState(self.model, self.data, state["physics"], _ALL)
         self._setpoint = np.array(state["setpoint"], float)
         self._target = np.array(state["target"], float)
         self._frame = int(state["frame"])
@@ -160,8 +187,21 @@ class MujocoBody:
             renderer.close()
         self._renderers.clear()
 
-    def picture(self, camera: str | None = None, width: int | None = None, height: int | None = None) -> Image:
-        """Draw the robot as one of the model's cameras sees it now, (height, width, 3); its own by default."""
+    def picture(
+        self,
+        camera: str | None = None,
+        width: int | None = None,
+        height: int | None = None,
+        part: Part | None = None,
+    ) -> Image:
+        """Draw the robot as one of the model's cameras sees it now, (height, width, 3); its own by default.
+
+        Args:
+            camera: the camera's name.
+            width: px.
+            height: px.
+            part: left, top, right, bottom, px, to draw only that part; its pixels are those of the whole.
+        """
         key = camera or self.camera.name, width or self.camera.width, height or self.camera.height
         if key not in self._renderers:
             cameras = [self.model.camera(k).name for k in range(self.model.ncam)]
@@ -169,7 +209,7 @@ class MujocoBody:
                 raise BodyError(f"The camera {key[0]!r} does not exist. Available: {', '.join(cameras)}.")
             self.model.vis.global_.offwidth, self.model.vis.global_.offheight = key[1:]
             self._renderers[key] = Renderer(self.model, *key)
-        return self._renderers[key].render(self.data)
+        return self._renderers[key].render(self.data, part)
 
     def place(self, arm: ArrayLike, head: ArrayLike) -> Reading:
         """Put the robot at rest into a posture, at once and without clipping, and sense; for pictures and tests.
@@ -178,11 +218,14 @@ class MujocoBody:
             arm: arm posture, shape (n_arm,), rad.
             head: head posture, shape (n_head,), rad.
         """
-        self._setpoint = np.concatenate([self._checked("arm", arm, self.arm), self._checked("head", head, self.head)])
+        targets = _vector("arm", arm, self.arm), _vector("head", head, self.head)
+        if not all(np.isfinite(target).all() for target in targets):
+            raise _not_finite(*targets)
+        self._setpoint = np.concatenate(targets)
         self._target = self._setpoint.copy()
-        self.data.qpos[self._qpos], self.data.qvel[:] = self._setpoint, 0.0
-        if self.motion == "dynamic":
-            self.data.act[self._act] = self._setpoint
+        self.data.qpos[self._layout.places], self.data.qvel[:] = self._setpoint, 0.0
+        if self._physics is not None:
+            self._physics.rest(self._setpoint)
         return self._sense(0.0)
 
     def view(self, arm: ArrayLike, head: ArrayLike) -> View:
@@ -195,21 +238,37 @@ class MujocoBody:
         if self._imagined is None:
             self._imagined = mujoco.MjData(self.model)
             self._go_home(self._imagined)
-        self._imagined.qpos[self._qpos[: self._n_arm]] = arm
-        self._imagined.qpos[self._qpos[self._n_arm :]] = head
-        for refresh in (mujoco.mj_kinematics, mujoco.mj_comPos, mujoco.mj_camlight):
-            refresh(self.model, self._imagined)
-        return self._view(self._imagined)
+            self._imagination = self._sensing_of(self._imagined)
+        self._imagined.qpos[self._layout.places] = np.concatenate([arm, head])
+        return self._imagination.view()
 
     def legal(self, head: ArrayLike) -> Floats:
         """A head posture, shape (n_head,), rad, clipped to all limits, the coupled ones included."""
         posture = np.concatenate([self.arm.lower, np.asarray(head, float)])
-        clip_targets(posture, self._lower, self._upper, *self._coupling)
-        return posture[self._n_arm :]
+        self._clip(posture)
+        return posture[len(self.arm) :]
 
-    def allows(self, head: ArrayLike) -> bool:
-        """Whether a head posture, shape (n_head,), rad, is inside all limits."""
-        return bool((self.legal(head) == head).all())
+    def fingerprint(self) -> bytes:
+        """A hash of the model as it is now, injuries included, of motion, speeds, anatomy, camera and marker.
+
+        Where the model's file stands and which pictures were drawn do not count.
+        """
+        model = copy(self.model)
+        model.vis.global_.offwidth = model.vis.global_.offheight = 0
+        saved = np.empty(mujoco.mj_sizeModel(model), np.uint8)
+        mujoco.mj_saveModel(model, None, saved)
+        anatomy = self.anatomy.model_copy(update={"model": Path(self.anatomy.model.name)})
+        said = (mujoco.mj_versionString(), self.motion, self._stride.tolist(), anatomy, self.camera, self.marker)
+        return hashlib.sha256(saved.tobytes() + repr(said).encode()).digest()
+
+    def another(self) -> Self:
+        """A second body like this one, at its start, with a copy of this one's model as it is now, injuries included.
+
+        Limits, camera and occluders are read from that model anew. Whoever asks for the body closes it.
+        """
+        second = copy(self)
+        second._take(replace(self._built, model=copy(self.model)))
+        return second
 
     # -- moving and sensing ------------------------------------------------------------------------------------------
 
@@ -220,111 +279,96 @@ class MujocoBody:
         else:
             mujoco.mj_resetDataKeyframe(self.model, data, self.model.key(home).id)
 
-    def _follow(self, before: Floats) -> None:
-        """Let the servos track set-points that ramp from `before` to the new ones, and the physics pass."""
-        self.data.ctrl[self._servo] = (self._setpoint - before) / FRAME
-        self.data.act[self._act] = before
-        for _ in range(self._substeps):
-            mujoco.mj_step(self.model, self.data)
-            hold_inside(self.data.qpos, self.data.qvel, *self._joint_limits, self.model.opt.timestep)
+    def _sensing_of(self, data: mujoco.MjData) -> Sensing:
+        return Sensing(self._built, data, self.camera.name, self._occluders)
 
     def _sense(self, dt: float) -> Reading:
-        """Bring poses and contacts up to the posture, as a step ends before they are, and read them."""
-        for refresh in (mujoco.mj_kinematics, mujoco.mj_comPos, mujoco.mj_camlight, mujoco.mj_collision):
-            refresh(self.model, self.data)
-        posture = self.data.qpos[self._qpos]
-        split = self._n_arm
+        """Bring poses up to the posture, as a step ends before they are, and read them."""
+        view, split = self._sensing.view(), len(self.arm)
+        posture, target = self.data.qpos[self._layout.places], self._target.copy()
         return Reading(
             time=self._frame * FRAME,
             arm=posture[:split],
             head=posture[split:],
-            arm_command=self._target[:split].copy(),
-            head_command=self._target[split:].copy(),
+            arm_command=target[:split],
+            head_command=target[split:],
             dt=dt,
-            overlap=self.data.ncon > 0 and bool((self._side[self.data.contact.geom].sum(axis=1) == 3).any()),
-            image=self._photographer(),
-            view=self._view(self.data),
+            overlap=self._sensing.overlap(),
+            image=self._picture_of_now(),
+            view=view,
         )
 
-    def _view(self, data: mujoco.MjData) -> View:
-        camera, site = self._camera_id, self._site_id
-        return View(
-            camera=np.concatenate([data.cam_xpos[camera], data.cam_xmat[camera]]),
-            marker=np.concatenate([data.site_xpos[site], data.site_xmat[site]]),
-            occluders=self._occluders.poses(data),
-        )
-
-    def _photographer(self) -> Callable[[], Image]:
-        """A function that draws this frame's picture once, and only while the body is still in this frame."""
-        frame, drawn = self._frame, []  # type: ignore[var-annotated]
+    def _picture_of_now(self) -> Picture:
+        """This frame's picture, which can be drawn only while the body is still in this frame."""
+        frame = self._frame
         self._sensed = moment = object()
 
-        def image() -> Image:
-            if not drawn:
-                if moment is not self._sensed:
-                    raise RuntimeError(f"The picture of frame {frame} was not taken before the body moved on.")
-                start = perf_counter()
-                drawn.append(self.picture())
-                self.render_s += perf_counter() - start
-            return drawn[0]
+        def draw(part: Part | None = None) -> Image:
+            if moment is not self._sensed:
+                raise RuntimeError(f"The picture of frame {frame} was not taken before the body moved on.")
+            return self.picture(part=part)
 
-        return image
+        return Picture(draw, draw)
 
-    @staticmethod
-    def _checked(part: str, target: ArrayLike, group: JointGroup) -> Floats:
-        values = np.array(target, float)
-        if values.shape != (len(group),):
-            raise ValueError(f"The {part} target has shape {values.shape}; {len(group)} joints: {list(group.names)}.")
-        if not np.isfinite(values).all():
-            raise ValueError(f"The {part} target {values.tolist()} is not finite.")
-        return values
+    def _clip(self, posture: Floats) -> None:
+        clip_targets(posture, *self._limits)
 
-    # -- building ----------------------------------------------------------------------------------------------------
 
-    def _index(self, built: Build) -> None:
-        names = (*self.arm.names, *self.head.names)
-        self._qpos = np.array([self.model.joint(n).qposadr[0] for n in names])
-        self._lower = np.concatenate([self.arm.lower, self.head.lower])
-        self._upper = np.concatenate([self.arm.upper, self.head.upper])
-        joints = [self.model.joint(n).id for n in names]
-        velocity = np.concatenate([self.arm.velocity, self.head.velocity])
-        self._joint_limits = self._qpos, self.model.jnt_dofadr[joints].astype(int), self._lower, self._upper, velocity
-        self._servo = np.array(built.servos, int)
-        self._act = self.model.actuator_actadr[self._servo]
-        driven = enumerate(self.model.actuator_trnid[:, 0])
-        self._others = {k: self.model.jnt_qposadr[j] for k, j in driven if self._is_servo(k) and j not in joints}
-        self._coupling = self._couple(names)
-        self._camera_id = self.model.camera(self.anatomy.camera.name).id
-        self._site_id = self.model.site(SITE).id
-        self._occluders = Occluders(self.model)
-        self.occluders = self._occluders.shapes
-        self._side = np.zeros(self.model.ngeom, int)
-        for side, geoms in ((1, built.arm_solids), (2, built.head_solids)):
-            self._side[[self.model.geom(n).id for n in geoms]] = side
+def _vector(part: str, target: ArrayLike, group: JointGroup) -> Floats:
+    values = np.asarray(target, float)
+    if values.shape != (len(group),):
+        raise ValueError(f"The {part} target has shape {values.shape}; {len(group)} joints: {list(group.names)}.")
+    return values
 
-    def _couple(self, names: tuple[str, ...]) -> tuple[int, int, Floats, Floats, Floats]:
-        table = self.anatomy.head.coupling
-        if table is None:
-            return -1, -1, np.zeros(1), np.zeros(1), np.zeros(1)
-        k = names.index(table.joint)
-        least, most = max(*table.lower, self._lower[k]), min(*table.upper, self._upper[k])
-        if least + 2 * CLEARANCE >= most:
-            raise BodyError(
-                f"No angle of {table.joint!r} is allowed at every angle of {table.by!r}: the lower limits reach "
-                f"{least:g}, the upper ones come down to {most:g}. Leave more than {2 * CLEARANCE:g} rad between them."
-            )
-        return k, names.index(table.by), np.array(table.at), np.array(table.lower), np.array(table.upper)
 
-    def _is_servo(self, actuator: int) -> bool:
-        gain, bias = self.model.actuator_gainprm[actuator, 0], self.model.actuator_biasprm[actuator, 1]
-        return int(self.model.actuator_trntype[actuator]) == _JOINT and bool(gain == -bias != 0)
+def _not_finite(arm: Floats, head: Floats) -> ValueError:
+    part, values = ("head", head) if np.isfinite(arm).all() else ("arm", arm)
+    return ValueError(f"The {part} target {values.tolist()} is not finite.")
 
-    def _group(self, names: tuple[str, ...], velocity: tuple[float, ...]) -> JointGroup:
-        for name in names:
-            joint = self.model.joint(name)
-            if int(self.model.jnt_type[joint.id]) not in _ONE_DOF:
-                raise BodyError(f"The joint {name!r} of {self.anatomy.model} is neither a hinge nor a slide.")
-            if not self.model.jnt_limited[joint.id]:
-                raise BodyError(f'The joint {name!r} of {self.anatomy.model} has no limits. Give it range="low high".')
-        ranges = np.array([self.model.joint(name).range for name in names])
-        return JointGroup(names, ranges[:, 0].copy(), ranges[:, 1].copy(), np.array(velocity))
+
+@dataclass(frozen=True)
+class Optics:
+    """The camera behind the eye."""
+
+    __pydantic_config__: ClassVar[Any] = {"extra": "forbid"}
+
+    fovy: Annotated[
+        Annotated[float, Gt(0), Lt(180)] | None, Doc("Vertical field of view, degrees; the model's if none.")
+    ] = None
+
+
+@dataclass(frozen=True)
+class OnHand:
+    """The cube of tags on the hand."""
+
+    __pydantic_config__: ClassVar[Any] = {"extra": "forbid"}
+
+    size: Annotated[float, Gt(0), Lt(1), Doc("Edge of the cube, m; the tags on it scale along.")] = Marker.size
+
+
+@dataclass(frozen=True)
+class Mujoco(Settings):
+    """A robot simulated by MuJoCo: its model, how it moves, its camera and its marker."""
+
+    model: Annotated[str, Doc("A robot that comes with somatopy, or the path of an anatomy file.")] = "nao"
+    motion: Annotated[Motion, Doc("Physics, or joints that obey at once.")] = "dynamic"
+    head_speed: Annotated[
+        Annotated[float, Gt(0)] | None, Doc("Speed of the head's set-points, rad/s; the body's limit if none.")
+    ] = None
+    camera: Annotated[Optics, Doc("The camera behind the eye.")] = field(default_factory=Optics)
+    marker: Annotated[OnHand, Doc("The cube of tags on the hand.")] = field(default_factory=OnHand)
+
+    def build(self, context: BuildContext) -> MujocoBody:
+        """The robot, its arm moving at babbling speed.
+
+        Raises:
+            BodyError: model and anatomy do not fit; the message lists what there is.
+        """
+        return MujocoBody(
+            self.model,
+            motion=self.motion,
+            arm_speed=context.arm_speed,
+            head_speed=self.head_speed,
+            marker=Marker(size=self.marker.size, tag_size=self.marker.size * 4 / 5),
+            fovy=self.camera.fovy,
+        )

@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 
 from somatopy.bodies.marker import SITE
-from somatopy.percept import Floats, Shapes
+from somatopy.percept import Shapes
 
 __all__ = ["Occluders"]
 
@@ -24,6 +24,8 @@ class Occluders:
 
     Attributes:
         shapes: kinds and sizes.
+        geoms: which of the model's geoms they are, shape (n,).
+        offsets: where their centres are in the geoms' frames, shape (n, 3), m.
     """
 
     def __init__(self, model: mujoco.MjModel) -> None:
@@ -31,20 +33,12 @@ class Occluders:
         shown = (opacity > 0) & (model.geom_group < _INVISIBLE_GROUP)
         shown &= np.isin(model.geom_type, [_SPHERE, _CAPSULE, _ELLIPSOID, _CYLINDER, _BOX, _MESH])
         shown[model.geom(SITE).id] = False
-        self._geoms = np.flatnonzero(shown)
-        kinds, sizes = model.geom_type[self._geoms].astype(np.int64), model.geom_size[self._geoms].copy()
+        self.geoms = np.flatnonzero(shown)
+        kinds, sizes = model.geom_type[self.geoms].astype(np.int64), model.geom_size[self.geoms].copy()
         odd = kinds == _MESH
-        boxes = model.geom_aabb[self._geoms]
-        self._offsets = np.where(odd[:, None], boxes[:, :3], 0.0)
+        boxes = model.geom_aabb[self.geoms]
+        self.offsets = np.where(odd[:, None], boxes[:, :3], 0.0)
         sizes[odd], kinds[odd] = boxes[odd, 3:], _ELLIPSOID
         sizes[kinds == _SPHERE] = sizes[kinds == _SPHERE][:, :1]
-        reach = np.where(odd, np.linalg.norm(sizes, axis=1), model.geom_rbound[self._geoms])
+        reach = np.where(odd, np.linalg.norm(sizes, axis=1), model.geom_rbound[self.geoms])
         self.shapes = Shapes(kinds, np.column_stack([sizes, reach]))
-
-    def poses(self, data: mujoco.MjData) -> Floats:
-        """Position and rotation (row by row) of each shape in `data`, shape (n, 12)."""
-        poses = np.empty((len(self._geoms), 12))
-        poses[:, :3], poses[:, 3:] = data.geom_xpos[self._geoms], data.geom_xmat[self._geoms]
-        if self._offsets.any():
-            poses[:, :3] += np.einsum("nij,nj->ni", poses[:, 3:].reshape(-1, 3, 3), self._offsets)
-        return poses

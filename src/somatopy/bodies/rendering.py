@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import atexit
 import importlib
+import math
 import os
 import subprocess
 import sys
@@ -14,11 +15,13 @@ from weakref import WeakSet
 import mujoco
 import numpy as np
 
-from somatopy.percept import Image
+from somatopy.bodies.culling import mark_unseen
+from somatopy.percept import Floats, Image, Part
 
 __all__ = ["NoGL", "Renderer", "gl_backend"]
 
 _BACKENDS = ("egl", "osmesa")
+_HIDDEN = 5  # a group of geoms that MuJoCo does not draw unless told
 _open: WeakSet[Renderer] = WeakSet()
 
 
@@ -80,6 +83,9 @@ def _close_all() -> None:
 class Renderer:
     """Draws one camera of a model without shadows or effects; close it explicitly.
 
+    Shapes that the picture cannot show are not drawn, which changes no pixel. To this end the model's `geom_group` is
+    changed while a picture is drawn, and put back.
+
     Args:
         model: the compiled model; its quality settings count at this moment.
         camera: name of the camera.
@@ -102,18 +108,46 @@ class Renderer:
         self._camera.type = mujoco.mjtCamera.mjCAMERA_FIXED
         self._camera.fixedcamid = model.camera(camera).id
         self._rectangle = mujoco.MjrRect(0, 0, width, height)
-        self._buffer = np.empty((height, width, 3), np.uint8)
+        self._reaches = _reaches(model, self._camera.fixedcamid)
         _open.add(self)
 
-    def render(self, data: mujoco.MjData) -> Image:
-        """The picture of `data`'s kinematic state, shape (height, width, 3), RGB."""
+    def render(self, data: mujoco.MjData, part: Part | None = None) -> Image:
+        """The picture of `data`'s kinematic state, shape (height, width, 3), RGB.
+
+        Args:
+            data: the state.
+            part: left, top, right, bottom, px, if only that part is wanted, of shape (bottom - top, right - left, 3).
+                Its pixels are those of the whole.
+        """
+        left, top, right, bottom = part or (0, 0, self._rectangle.width, self._rectangle.height)
         self._context.make_current()
-        mujoco.mjv_updateScene(
-            self._model, data, self._option, None, self._camera, mujoco.mjtCatBit.mjCAT_ALL, self._scene
-        )
+        self._choose(data, (left, top, right, bottom))
         mujoco.mjr_render(self._rectangle, self._scene, self._resources)
-        mujoco.mjr_readPixels(self._buffer, None, self._rectangle, self._resources)
-        return np.ascontiguousarray(self._buffer[::-1])
+        drawn = np.empty((bottom - top, right - left, 3), np.uint8)
+        wanted = mujoco.MjrRect(left, self._rectangle.height - bottom, right - left, bottom - top)
+        mujoco.mjr_readPixels(drawn, None, wanted, self._resources)
+        return np.ascontiguousarray(drawn[::-1])
+
+    def _choose(self, data: mujoco.MjData, part: Part) -> None:
+        """Put into the scene what that part of the picture can show."""
+        groups, k = self._model.geom_group, self._camera.fixedcamid
+        kept = groups.copy()
+        mark_unseen(
+            data.cam_xpos[k], data.cam_xmat[k], self._edges(part), data.geom_xpos, self._reaches, groups, _HIDDEN
+        )
+        try:
+            mujoco.mjv_updateScene(
+                self._model, data, self._option, None, self._camera, mujoco.mjtCatBit.mjCAT_ALL, self._scene
+            )
+        finally:
+            groups[:] = kept
+
+    def _edges(self, part: Part) -> tuple[float, float, float, float]:
+        """Tangents of the angles from the camera's axis to left, top, right and bottom edge of a part."""
+        middle, centre = 0.5 * self._rectangle.width, 0.5 * self._rectangle.height
+        pixel = math.tan(0.5 * math.radians(self._model.cam_fovy[self._camera.fixedcamid])) / centre
+        left, top, right, bottom = part
+        return (left - middle) * pixel, (top - centre) * pixel, (right - middle) * pixel, (bottom - centre) * pixel
 
     def close(self) -> None:
         """Free the OpenGL resources; a second call does nothing."""
@@ -122,3 +156,15 @@ class Renderer:
             self._resources.free()
             self._context.free()
             self._context = None
+
+
+def _reaches(model: mujoco.MjModel, camera: int) -> Floats:
+    """Radii of the balls around all shapes, 0 for those that are always drawn, shape (ngeom,), m.
+
+    These are endless planes and what mirrors, which MuJoCo draws in a way of its own; and all shapes where the camera
+    is not described by its vertical field of view.
+    """
+    odd = model.cam_projection[camera] != mujoco.mjtProjection.mjPROJ_PERSPECTIVE or model.cam_sensorsize[camera].any()
+    mirrors = (model.geom_matid >= 0) & (np.append(model.mat_reflectance, 0.0)[model.geom_matid] > 0)
+    reaches: Floats = np.where(mirrors | odd, 0.0, model.geom_rbound)
+    return reaches

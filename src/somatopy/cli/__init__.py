@@ -7,7 +7,7 @@ import os
 import sys
 import traceback
 from collections.abc import Sequence
-from importlib.metadata import version
+from importlib.metadata import PackageNotFoundError, version
 
 __all__ = ["main"]
 
@@ -17,7 +17,7 @@ VERBS = {
     "resume": "continue a run after Ctrl-C or a kill, bit for bit",
     "report": "draw a run's figures and write its page, or one page that compares several runs",
     "evaluate": "ask what a run has learned, on postures it never met",
-    "list": "list presets, bodies, learners, damages and babbling ranges",
+    "list": "list presets, bodies, babbling ranges, learners, damages and all other kinds",
 }
 
 USAGE = f"""usage: somatopy VERB [OPTIONS]
@@ -42,7 +42,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         print(USAGE, end="")
         return 0 if args else 2
     if args[0] == "--version":
-        print(version("somatopy"))
+        print(_version())
         return 0
     verb, *rest = args
     if verb not in VERBS:
@@ -50,8 +50,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     os.environ.setdefault("PYDANTIC_ERRORS_INCLUDE_URL", "0")
     try:
         code: int = importlib.import_module(f"somatopy.cli.{verb}").main(rest)
-    except KeyboardInterrupt:
-        return 130
+    except KeyboardInterrupt as interrupt:
+        return _fail(str(interrupt) or "Interrupted.", 130)
     except SystemExit as error:
         return error.code if isinstance(error.code, int) else 2
     except Exception as error:
@@ -59,6 +59,13 @@ def main(argv: Sequence[str] | None = None) -> int:
             traceback.print_exc()
         return _fail(str(error) or type(error).__name__, 2 if _is_wrong_use(error) else 1)
     return code
+
+
+def _version() -> str:
+    try:
+        return version("somatopy")
+    except PackageNotFoundError:
+        return "somatopy is not installed; these are its sources"
 
 
 def _is_wrong_use(error: Exception) -> bool:

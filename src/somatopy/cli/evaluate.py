@@ -9,33 +9,37 @@ from typing import Annotated
 
 import tyro
 
-from somatopy.cli.options import OnRun
+from somatopy.cli.mirror import mark
+from somatopy.cli.options import OnCheckpoint
 from somatopy.experiment.evaluate import evaluate
 
 __all__ = ["main"]
 
-TEXT = """Show what a run has learned arm postures that it never met, with learning off, and say where it looks.
+TEXT = """Ask a run where it looks for arm postures that it never met.
+
+Learning is off, and nothing in the run folder changes.
 
 example: somatopy evaluate runs/20141013-120000_paper_seed0
 """
 
 
 @dataclass(frozen=True)
-class Options(OnRun):
+class Options(OnCheckpoint):
     """Options of this command."""
 
-    postures: Annotated[int, tyro.conf.arg(help="How many postures to draw.")] = 2000
+    postures: Annotated[int, mark("INT", "How many postures to draw.")] = 2000
 
 
 def main(args: Sequence[str]) -> int:
     """Run `somatopy evaluate RUN [--postures N] [--json]`."""
     options = tyro.cli(Options, args=args, prog="somatopy evaluate", description=TEXT)
-    result = evaluate(options.run, options.postures)
+    result = evaluate(options.run, options.postures, anyway=options.anyway)
     if options.json:
         print(json.dumps(result))
         return 0
     error = result["gaze_error_deg"]
-    print(f"{result['postures']} arm postures, drawn apart, learning off, {result['eye']} eye")
+    damage = "no damage" if result["damage"] == "none" else f"damage {result['damage']}"
+    print(f"{result['postures']} arm postures, drawn apart, learning off, {damage}, {result['eye']} eye")
     print(
         f"hand seen           {result['rate']:.1%} of them, {_percent(result['efficiency'])} of those that can be seen"
     )

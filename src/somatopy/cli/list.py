@@ -4,21 +4,25 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from textwrap import fill
 
-from somatopy.bodies import BODIES, Anatomy
-from somatopy.cli.options import LEARNERS
-from somatopy.experiment import DescriptionError, paper
-from somatopy.experiment.description import NoDamage, OffsetDamage
+from somatopy.bodies import MODELS, Anatomy
+from somatopy.experiment import PRESETS, DescriptionError
+from somatopy.experiment.description import stands_for
 from somatopy.experiment.presets import CONTROLS
+from somatopy.registry import BABBLERS, BODIES, EYES, INTERVENTIONS, LEARNERS, MAPS, RULES, Kinds, UnknownKind
 
 __all__ = ["main"]
 
 TEXT = """usage: somatopy list [--json]
 
-List presets, bodies with their babbling ranges, learners and damages.
+List presets, robots, babbling ranges, and the kinds of each part. A name stands where the other
+commands take it: `somatopy run paper --learner random`, or kind = "random" in a description.
 
 example: somatopy list --json
 """
+_WIDTH, _INDENT = 100, 22
+Table = dict[str, dict[str, str]]
 
 
 def main(args: Sequence[str]) -> int:
@@ -28,24 +32,58 @@ def main(args: Sequence[str]) -> int:
         return 0
     if unknown := [a for a in args if a not in ("--json", "--debug")]:
         raise DescriptionError(f"Unknown option {unknown[0]}. Valid ones: --json, --debug.")
-    table = {
-        "presets": {"paper": _line(paper.__doc__)}
-        | {f"paper-{name}": _line(control.__doc__) for name, control in CONTROLS.items()},
-        "bodies": {name: Anatomy.load(path).name for name, path in BODIES.items()},
-        "babbling ranges": {
-            name: ", ".join(["mechanical", *Anatomy.load(path).ranges]) for name, path in BODIES.items()
-        },
-        "learners": {name: _line(choice.__doc__) for name, choice in LEARNERS.items()},
-        "damages": {m.model_fields["kind"].default: _line(m.__doc__) for m in (NoDamage, OffsetDamage)},
-    }
-    if "--json" in args:
-        print(json.dumps(table))
-        return 0
-    for title, entries in table.items():
-        print(title)
-        for name, text in entries.items():
-            print(f"  {name:<18}{text}")
+    table = _choices()
+    print(json.dumps(table) if "--json" in args else _laid_out(table))
     return 0
+
+
+def _choices() -> Table:
+    """Each title with the names under it, and what they are."""
+    robots = {name: Anatomy.load(path) for name, path in MODELS.items()}
+    done = _kinds(INTERVENTIONS)
+    return {
+        "presets": {name: _line(_maker(name).__doc__) for name in PRESETS},
+        "bodies": {name: f"{robot.name}, a model of the kind mujoco." for name, robot in robots.items()}
+        | _kinds(BODIES),
+        "eyes": _kinds(EYES),
+        "babblers": _kinds(BABBLERS),
+        "babbling ranges": {name: ", ".join(["mechanical", *robot.ranges]) for name, robot in robots.items()},
+        "learners": _kinds(LEARNERS),
+        "maps": _kinds(MAPS),
+        "rules": _kinds(RULES),
+        "damages": {
+            "none": "The robot stays as it is.",
+            **{name: text for name, text in done.items() if stands_for("damage", name)},
+        },
+        "interventions": done,
+    }
+
+
+def _laid_out(table: Table) -> str:
+    """Titles, and under each its names with their texts, in lines of at most 100 columns."""
+    return "\n\n".join("\n".join([title, *map(_entry, entries, entries.values())]) for title, entries in table.items())
+
+
+def _entry(name: str, text: str) -> str:
+    begin = f"  {name}".ljust(_INDENT - 2) + "  "
+    return fill(text, _WIDTH, initial_indent=begin, subsequent_indent=" " * _INDENT, break_on_hyphens=False)
+
+
+def _maker(preset: str) -> object:
+    """What makes a preset, and says what it is."""
+    return CONTROLS.get(preset.removeprefix("paper-"), PRESETS[preset])
+
+
+def _kinds(kinds: Kinds) -> dict[str, str]:
+    """Each kind of a sort, and the first line of what its settings say."""
+    return {name: _said(kinds, name) for name in kinds}
+
+
+def _said(kinds: Kinds, name: str) -> str:
+    try:
+        return _line(kinds.settings(name).__doc__)
+    except UnknownKind as error:  # an installed package whose part cannot be found must not hide all others
+        return f"{name} {error}."
 
 
 def _line(text: str | None) -> str:

@@ -2,59 +2,65 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, fields
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, fields, make_dataclass
+from difflib import get_close_matches
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 import tyro
-from pydantic import BaseModel, ValidationError
 
-from somatopy.experiment.description import (
-    Description,
-    DescriptionError,
-    FixedControl,
-    Hebbian,
-    NearestControl,
-    RandomControl,
-    explain,
-    frames_of,
-    validated,
-)
+from somatopy.cli.mirror import keys, mark, mirrored, plain, shown
+from somatopy.cli.overrides import Option, aliases, chosen, damage_of_phase, flagged
+from somatopy.experiment.description import Description, DescriptionError, validated
 
-__all__ = ["LEARNERS", "OnRun", "Options", "parse"]
+__all__ = ["OnCheckpoint", "OnRun", "Options", "parse"]
 
-LEARNERS = {"hebbian": Hebbian, "random": RandomControl, "fixed": FixedControl, "nearest": NearestControl}
-
-_DAMAGES = "none|paper|offset:a,b,c,d"
-_OUT = "The run folder, new or empty; runs/<time>_<name>_seed<k> if none."
+_DAMAGES = "none|paper|offset:A,B,C,D|KIND"
+_OUT = "The run folder, new or empty; runs/<time>_<name>_seed<k> if none is named."
 _Switch = Annotated[bool, tyro.conf.FlagCreatePairsOff]
+_CANNOT = "The options lead to an experiment that cannot be run"
+_BEHIND = """
+Short options choose, dotted ones set any field of what is chosen.
+
+Fields of another kind are shown with it: --learner fixed --help.
+
+More is done in phase N by --phases.N.interventions.K.kind KIND.
+
+K counts from 0 what is done in it: start, plastic, damage, then the rest.
+"""
 
 
 @dataclass(frozen=True)
 class Flags:
     """Short flags; what is None leaves the description as it is."""
 
-    eye: Annotated[Literal["fiducial", "geometric"] | None, tyro.conf.arg(help="What finds the marker.")] = None
-    motion: Annotated[Literal["dynamic", "kinematic"] | None, tyro.conf.arg(help="Physics or none.")] = None
-    learner: Annotated[
-        Literal["hebbian", "random", "fixed", "nearest"] | None, tyro.conf.arg(help="What moves the head.")
-    ] = None
-    minutes: Annotated[float | None, tyro.conf.arg(help="Robot time of the first phase.")] = None
-    damage_minutes: Annotated[float | None, tyro.conf.arg(help="Robot time of the damaged phase.")] = None
-    damage: Annotated[str | None, tyro.conf.arg(metavar=_DAMAGES, help="Damage of that phase.")] = None
-    out: Annotated[Path | None, tyro.conf.arg(help=_OUT)] = None
-    json: Annotated[_Switch, tyro.conf.arg(help="Print one JSON object, all else to standard error.")] = False
-    debug: Annotated[_Switch, tyro.conf.arg(help="Show tracebacks.")] = False
+    eye: Annotated[str | None, mark("KIND", "What finds the marker.", None)] = None
+    motion: Annotated[str | None, mark("dynamic|kinematic", "Physics, or joints that obey at once.", None)] = None
+    learner: Annotated[str | None, mark("KIND", "What moves the head.", None)] = None
+    minutes: Annotated[float | None, mark("MINUTES", "Robot time of the first phase.", None)] = None
+    damage_minutes: Annotated[float | None, mark("MINUTES", "Robot time of the damaged phase.", None)] = None
+    damage: Annotated[str | None, mark(_DAMAGES, "Damage of that phase; numbers in rad, one a joint.", None)] = None
+    out: Annotated[Path | None, mark("FOLDER", _OUT, None)] = None
+    json: Annotated[_Switch, mark(None, "Print one JSON object; all else goes to standard error.", None)] = False
+    debug: Annotated[_Switch, mark(None, "Show tracebacks.", None)] = False
 
 
 @dataclass(frozen=True)
-class Options(Flags):
-    """Flags, and the description that they and the dotted overrides lead to."""
+class Options:
+    """What the command line says.
 
-    description: Annotated[Description, tyro.conf.FlagConversionOff, tyro.conf.arg(name="")] = field(
-        default_factory=Description
-    )
+    Attributes:
+        description: the experiment that the flags lead to.
+        out: the run folder that was named.
+        json: whether to print one JSON object.
+        debug: whether to show tracebacks.
+    """
+
+    description: Description
+    out: Path | None
+    json: bool
+    debug: bool
 
 
 def parse(args: Sequence[str], description: Description, program: str, text: str) -> Options:
@@ -70,104 +76,98 @@ def parse(args: Sequence[str], description: Description, program: str, text: str
         DescriptionError: an unknown option (the valid ones are listed), or a value that does not fit.
         SystemExit: help was asked for (0) or a value does not parse (2).
     """
-    helpless = [a for a in args if a not in ("-h", "--help")]
+    asked = [a for a in args if a not in ("-h", "--help")]
     known = {f.name for f in fields(Flags)}
-    short = [a for name, a in _by_option(helpless) if name in known]
-    flags = tyro.cli(Flags, args=[a for group in short for a in group], prog=program)
-    described = _apply(flags, description)
-    _check_names(helpless, known, described)
+    groups = list(_by_option(asked))
+    short = [word for words in groups if _name(words) in known for word in words]
+    flags = tyro.cli(Flags, args=short, prog=program)
+    table = flagged(flags, description)
+    dotted = chosen(table, [Option.of(words) for words in groups if _name(words) not in known])
+    described = _checked(table, groups)
+    _check_names(groups, [*sorted(known), *keys(mirrored(described)), *aliases(described)])
+    if len(asked) < len(args):
+        _read(mirrored(described, as_help=True), ["--help"], program, text + _BEHIND)
+    words = [*short, *(word for option in dotted for word in option.words)]
+    found = _read(mirrored(described), words, program, text)
+    return Options(_checked(plain(found.description), groups), flags.out, flags.json, flags.debug)
+
+
+def _read(mirror: Any, words: Sequence[str], program: str, text: str) -> Any:
+    """Let tyro read the words into short flags and a mirror of the description."""
+    entry = ("description", shown(type(mirror)), field(default_factory=lambda: mirror))
+    command = make_dataclass("Command", [entry], bases=(Flags,), frozen=True)
+    return tyro.cli(command, args=words, prog=program, description=text, config=(tyro.conf.AvoidSubcommands,))
+
+
+def _checked(table: Mapping[str, Any], groups: Sequence[list[str]]) -> Description:
+    """The description of a table, or an error that names each key as it was written."""
     try:
-        return tyro.cli(
-            Options,
-            args=args,
-            default=Options(description=described),
-            prog=program,
-            description=text,
-            config=(tyro.conf.AvoidSubcommands,),
-        )
-    except ValidationError as error:
-        raise DescriptionError(f"The options lead to an experiment that cannot be run: {explain(error)}.") from error
+        return validated(table, _CANNOT)
+    except DescriptionError as error:
+        said = str(error)
+        for number, phase in enumerate(table["phases"]):
+            place = damage_of_phase([entry["kind"] for entry in phase.get("interventions", ())])
+            if place is not None and _damage_was_written(number, groups):
+                said = said.replace(f"phases.{number}.interventions.{place}.", f"phases.{number}.damage.")
+        raise DescriptionError(said) from error
 
 
-def _by_option(args: Sequence[str]) -> Iterator[tuple[str, list[str]]]:
-    """Each option's name, with underscores, and its words."""
+def _damage_was_written(phase: int, groups: Sequence[list[str]]) -> bool:
+    """Whether an option speaks of a phase's damage by its short form."""
+    names = [_name(words) for words in groups]
+    return (phase == 1 and "damage" in names) or any(name.startswith(f"phases.{phase}.damage") for name in names)
+
+
+def _by_option(args: Sequence[str]) -> Iterator[list[str]]:
+    """The words of each option."""
     group: list[str] = []
     for word in args:
         if word.startswith("--") and group:
-            yield _name(group[0]), group
+            yield group
             group = []
         group.append(word)
     if group:
-        yield _name(group[0]), group
+        yield group
 
 
-def _name(word: str) -> str:
-    return word.removeprefix("--").partition("=")[0].replace("-", "_")
+def _name(words: Sequence[str]) -> str:
+    return words[0].removeprefix("--").partition("=")[0].replace("-", "_")
 
 
-def _check_names(args: Sequence[str], known: set[str], description: Description) -> None:
-    keys = list(_keys(description))
-    for name, group in _by_option(args):
-        if not group[0].startswith("--"):
-            raise DescriptionError(f"{group[0]!r} was not expected here; options begin with --.")
-        if name not in known and name not in keys:
-            valid = ", ".join("--" + k.replace("_", "-") for k in _near(name, keys) or [*sorted(known), *keys])
-            raise DescriptionError(f"Unknown option {group[0].partition('=')[0]}. Valid ones: {valid}.")
+# -- unknown options ---------------------------------------------------------------------------------------------------
 
 
-def _near(name: str, keys: Sequence[str]) -> list[str]:
-    """The keys of the innermost table that an unknown dotted name has in common with them."""
-    while name := name.rpartition(".")[0]:
-        if near := [key for key in keys if key.startswith(name + ".")]:
-            return near
-    return []
+def _check_names(groups: Sequence[list[str]], valid: Sequence[str]) -> None:
+    for words in groups:
+        name, word = _name(words), words[0].partition("=")[0]
+        if not word.startswith("--"):
+            raise DescriptionError(f"{word!r} was not expected here; options begin with --.")
+        if name not in valid:
+            raise DescriptionError(f"Unknown option {word}. {_meant(name, valid)}Valid ones: {_near(name, valid)}.")
 
 
-def _keys(value: Any, prefix: str = "") -> Iterator[str]:
-    """Dotted keys of the description's leaves."""
-    if isinstance(value, BaseModel):
-        for name in type(value).model_fields:
-            yield from _keys(getattr(value, name), f"{prefix}.{name}" if prefix else name)
-    elif isinstance(value, tuple) and value and isinstance(value[0], BaseModel):
-        for k, item in enumerate(value):
-            yield from _keys(item, f"{prefix}.{k}")
-    else:
-        yield prefix
+def _meant(name: str, valid: Sequence[str]) -> str:
+    likely = get_close_matches(name, valid, n=1, cutoff=0.8)
+    return f"Did you mean {_written(likely[0])}? " if likely else ""
 
 
-def _apply(flags: Flags, description: Description) -> Description:
-    table = description.model_dump()
-    if flags.motion:
-        table["body"]["motion"] = flags.motion
-    for part, kind in (("learner", flags.learner), ("eye", flags.eye)):
-        if kind and kind != table[part]["kind"]:
-            table[part] = {"kind": kind}
-    phases = table["phases"] = list(table["phases"])
-    if flags.minutes is not None:
-        phases[0]["frames"] = frames_of(flags.minutes)
-    if flags.damage_minutes is not None or flags.damage is not None:
-        if len(phases) < 2:
-            phases.append({"name": "damaged", "frames": 0, "damage": {"kind": "offset"}, "trend_breaks": (7,)})
-        if flags.damage_minutes is not None:
-            phases[1]["frames"] = frames_of(flags.damage_minutes)
-        if flags.damage is not None:
-            phases[1]["damage"] = _damage(flags.damage)
-    return validated(table, "The options lead to an experiment that cannot be run")
+def _near(name: str, valid: Sequence[str]) -> str:
+    """The options of the innermost table that exists, and the tables in it."""
+    table = name
+    while table and not any(key.startswith(f"{table}.") for key in valid):
+        table = table.rpartition(".")[0]
+    prefix = f"{table}." if table else ""
+    there = [key.removeprefix(prefix).partition(".") for key in valid if key.startswith(prefix)]
+    tables = [f"{prefix}{first}.*" for first, dot, _ in there if dot]
+    single = [f"{prefix}{first}" for first, dot, _ in there if not dot]
+    return ", ".join(map(_written, dict.fromkeys([*single, *tables])))
 
 
-def _damage(text: str) -> dict[str, Any]:
-    """A damage from its short form."""
-    kind, _, numbers = text.partition(":")
-    if text == "none":
-        return {"kind": "none"}
-    if text == "paper":
-        return {"kind": "offset"}
-    if kind == "offset" and numbers:
-        try:
-            return {"kind": "offset", "offset": tuple(float(n) for n in numbers.split(","))}
-        except ValueError as error:
-            raise DescriptionError(f"--damage {text!r}: {error}. Write numbers, rad, one a joint.") from error
-    raise DescriptionError(f"--damage {text!r} is unknown; choose none, paper or offset:a,b,c,d (rad, one a joint).")
+def _written(key: str) -> str:
+    return "--" + key.replace("_", "-")
+
+
+# -- commands on run folders -------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -175,5 +175,14 @@ class OnRun:
     """What the commands that take a run folder share."""
 
     run: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(help="The run folder.", metavar="RUN")]
-    json: Annotated[_Switch, tyro.conf.arg(help="Print one JSON object.")] = False
-    debug: Annotated[_Switch, tyro.conf.arg(help="Show tracebacks.")] = False
+    json: Annotated[_Switch, mark(None, "Print one JSON object.", None)] = False
+    debug: Annotated[_Switch, mark(None, "Show tracebacks.", None)] = False
+
+
+@dataclass(frozen=True)
+class OnCheckpoint(OnRun):
+    """What the commands that go on from a run's checkpoint share."""
+
+    anyway: Annotated[
+        _Switch, mark(None, "Go on although versions or code are others than those that wrote the folder.", None)
+    ] = False

@@ -11,9 +11,11 @@ import numpy as np
 
 from somatopy.analysis import load_run
 from somatopy.analysis.claims import judge
+from somatopy.analysis.described import kind_of
 from somatopy.analysis.figures import Shot, filmstrip_frames, save_figures
 from somatopy.analysis.report import write_report
 from somatopy.analysis.runs import Run, RunFolderError
+from somatopy.analysis.series import distance_units
 from somatopy.analysis.summary import summarise, write_summary
 
 __all__ = ["illustrate", "main", "shots"]
@@ -63,28 +65,25 @@ def illustrate(folder: Path, out: Path | None = None) -> Path:
 
 
 def shots(run: Run) -> list[Shot]:
-    """Photographs for the filmstrip of a run that looked through the rendered eye; none where nothing can render."""
+    """Photographs for the filmstrip of a run that looked through the rendered eye; none where nothing can render.
+
+    Only somatopy's own bodies and eyes are asked: a report imports nothing of what a run was made of.
+    """
     frames = [frame for row in filmstrip_frames(run) for frame in row]
-    if run.description.get("eye", {}).get("kind") != "fiducial" or not frames:
+    kinds = [kind_of(run, part) for part in ("body", "eye")]
+    if kinds != ["mujoco", "fiducial"] or not (frames and run.joints("arm") and run.joints("head")):
         return []
     from somatopy.bodies import NoGL
-    from somatopy.experiment import load_description
     from somatopy.experiment.film import photographs
 
-    arms, heads = (_postures(run, side)[frames] for side in ("arm", "head"))
+    arms, heads = (run.postures(sense)[frames] for sense in ("arm", "head"))
     try:
-        taken = photographs(load_description(run.path / "experiment.toml"), list(arms), list(heads))
-    except NoGL as error:
+        taken = photographs(run.description["body"], list(arms), list(heads))
+    except (NoGL, ValueError) as error:  # ValueError: the robot's file is gone, or it has other joints by now
         print(f"No filmstrip: {error}", file=sys.stderr)
         return []
     corners = [np.array([*photo.tags.values()]).reshape(-1, 4, 2) for photo in taken]
     return [Shot(f, photo.image, photo.pixel, c) for f, photo, c in zip(frames, taken, corners, strict=True)]
-
-
-def _postures(run: Run, side: str) -> np.ndarray:
-    names = [n for n in run.columns if n.startswith(f"{side}_") and n.endswith("_rad") and "_command_" not in n]
-    table = run.frames(names)
-    return np.column_stack([table[name].to_numpy() for name in names])
 
 
 def _parse(args: Sequence[str]) -> tuple[list[Path], Path | None, bool]:
@@ -108,4 +107,4 @@ def _parse(args: Sequence[str]) -> tuple[list[Path], Path | None, bool]:
 
 
 def _verdicts(run: Run) -> dict[str, str]:
-    return {claim.key: finding.verdict for claim, finding in judge(summarise(run))}
+    return {claim.key: finding.verdict for claim, finding in judge(summarise(run), distance_units(run))}

@@ -3,28 +3,28 @@
 from __future__ import annotations
 
 import json
-import shutil
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 from somatopy.analysis import load_run
+from somatopy.analysis.series import distance_units
 from somatopy.analysis.standings import render_standings, standings
 from somatopy.analysis.table import comparison, render
-from somatopy.api import finish, reopen
+from somatopy.api import begin, finish, play, reopen
 from somatopy.cli.options import parse
-from somatopy.cli.progress import run_with_progress
 from somatopy.cli.report import illustrate
 from somatopy.cli.run import note, result
-from somatopy.experiment import Description, Experiment, load_description, paper
-from somatopy.experiment.description import Hebbian
+from somatopy.experiment import Description, load_description, paper
 from somatopy.experiment.presets import CONTROLS
-from somatopy.experiment.recorder import prepare_folder
+from somatopy.experiment.run_folder import CHECKPOINT, DESCRIPTION
 
 __all__ = ["CONTROLS_FOLDER", "complete", "main"]
 
-TEXT = """Reproduce the paper: the whole experiment, ceiling and controls, its table beside ours, figures, a report.
+TEXT = """Reproduce the paper: experiment, ceiling and controls, table, figures, report.
 
-In full it is 304 minutes of robot time. A quick look:
+In full it is 304 minutes of robot time; this is a quick look:
+
 example: somatopy reproduce --minutes 20 --damage-minutes 10
 """
 
@@ -35,38 +35,57 @@ BESIDE = ("random", "fixed", "frozen")
 def main(args: Sequence[str]) -> int:
     """Run `somatopy reproduce [OPTIONS]`."""
     options = parse(args, paper(), "somatopy reproduce", TEXT)
-    experiment = Experiment(options.description)
-    folder = prepare_folder(options.out, options.description)
-    (folder / CONTROLS_FOLDER).mkdir()
-    run_with_progress(experiment, folder)
-    finish(experiment, folder)
+    with begin(options.description, options.out) as (session, opened):
+        folder = opened.path
+        with _marked(folder):
+            session.share_arm(compute=True)  # the controls have the same
+            play(session, opened)
+        finish(session, folder)
     complete(folder, options.json)
     return 0
 
 
-def complete(folder: Path, as_json: bool) -> None:
+@contextmanager
+def _marked(folder: Path) -> Iterator[None]:
+    """A folder for the controls, which tells `resume` what to bring to its end; gone if nothing was recorded."""
+    (folder / CONTROLS_FOLDER).mkdir()
+    try:
+        yield
+    except BaseException:
+        if not (folder / DESCRIPTION).exists():
+            (folder / CONTROLS_FOLDER).rmdir()
+            folder.rmdir()
+        raise
+
+
+def complete(folder: Path, as_json: bool, anyway: bool = False) -> None:
     """What follows the main run, from wherever it was interrupted: controls, figures, report, tables."""
     description = load_description(folder / "experiment.toml")
-    run_controls(description, folder)
+    run_controls(description, folder, anyway)
     report = illustrate(folder)
     run = load_run(folder)
     if as_json:
         print(json.dumps(result(folder)))
     else:
         names = [phase.name for phase in description.phases]
-        print(render(comparison(run.summary or {})), render_standings(standings(run), names), sep="\n\n")
+        print(
+            render(comparison(run.summary or {}, distance_units(run))),
+            render_standings(standings(run), names),
+            sep="\n\n",
+        )
     note(f"Run folder: {folder}\nReport:     {report}")
 
 
-def run_controls(description: Description, folder: Path) -> None:
+def run_controls(description: Description, folder: Path, anyway: bool = False) -> None:
     """Run, or go on with, the controls of an experiment on the same seed, with the geometric eye."""
-    for name in BESIDE if isinstance(description.learner, Hebbian) else BESIDE[:2]:
+    for name in BESIDE if description.learner.kind == "hebbian" else BESIDE[:2]:
         control = CONTROLS[name](description).replaced(name=f"{description.name}-{name}", eye={"kind": "geometric"})
         target = folder / CONTROLS_FOLDER / name
-        begun = (target / "experiment.toml").exists()
-        experiment = reopen(target) if begun else Experiment(control)
-        if not begun:
-            shutil.rmtree(target, ignore_errors=True)
-            prepare_folder(target, control)
-        run_with_progress(experiment, target, whole=folder)
-        finish(experiment, target)
+        if (target / CHECKPOINT).exists():
+            with reopen(target, anyway=anyway) as (session, opened, since):
+                play(session, opened, since, whole=folder)
+                finish(session, target, whole=folder)
+        else:
+            with begin(control, target) as (session, opened):
+                play(session, opened, whole=folder)
+                finish(session, target, whole=folder)

@@ -7,29 +7,27 @@ from collections.abc import Sequence
 
 import tyro
 
-from somatopy.api import finish, reopen
-from somatopy.cli.options import OnRun
-from somatopy.cli.progress import run_with_progress
+from somatopy.api import resume
+from somatopy.cli.options import OnCheckpoint
 from somatopy.cli.reproduce import CONTROLS_FOLDER, complete
 from somatopy.cli.run import result
 
 __all__ = ["main"]
 
-TEXT = """Continue an interrupted or killed run from its last checkpoint, bit for bit as if nothing had happened.
-What `reproduce` began is brought to its end: controls, figures and report included.
+TEXT = """Continue an interrupted or killed run from its last checkpoint, bit for bit.
+
+What reproduce began is brought to its end: controls, figures and report.
 
 example: somatopy resume runs/20141013-120000_paper_seed0
 """
 
 
 def main(args: Sequence[str]) -> int:
-    """Run `somatopy resume RUN [--json]`."""
-    options = tyro.cli(OnRun, args=args, prog="somatopy resume", description=TEXT)
-    experiment = reopen(options.run)
-    run_with_progress(experiment, options.run)
-    finish(experiment, options.run)
+    """Run `somatopy resume RUN [--anyway] [--json]`."""
+    options = tyro.cli(OnCheckpoint, args=args, prog="somatopy resume", description=TEXT)
+    resume(options.run, anyway=options.anyway)
     if (options.run / CONTROLS_FOLDER).is_dir():
-        complete(options.run, options.json)
+        complete(options.run, options.json, options.anyway)
     else:
         print(json.dumps(result(options.run)) if options.json else options.run)
     return 0

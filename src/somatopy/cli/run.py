@@ -9,13 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from somatopy.analysis import load_run
-from somatopy.api import finish
-from somatopy.cli.options import Options, parse
-from somatopy.cli.progress import run_with_progress
-from somatopy.experiment import PRESETS, Description, DescriptionError, Experiment, load_description
-from somatopy.experiment.recorder import prepare_folder
+from somatopy.api import run
+from somatopy.cli.options import parse
+from somatopy.experiment import PRESETS, Description, DescriptionError, load_description
 
-__all__ = ["main", "result", "run_options"]
+__all__ = ["main", "note", "result"]
 
 TEXT = """Run a preset or a description file (TOML) and write a run folder.
 
@@ -31,7 +29,7 @@ def main(args: Sequence[str]) -> int:
         raise DescriptionError(f"Name a preset ({', '.join(PRESETS)}) or a description file: somatopy run paper.")
     description = _described(args[0]) if named else PRESETS["paper"]()
     options = parse(args[1:] if named else args, description, "somatopy run PRESET|FILE", TEXT)
-    folder = run_options(options)
+    folder = run(options.description, options.out).path
     if options.json:
         print(json.dumps(result(folder)))
     else:
@@ -45,15 +43,6 @@ def _described(name: str) -> Description:
     if not Path(name).is_file():
         raise DescriptionError(f"{name!r} is neither a preset ({', '.join(PRESETS)}) nor a description file.")
     return load_description(name)
-
-
-def run_options(options: Options) -> Path:
-    """Run the experiment with a progress bar on standard error, then ceiling and summary; the run folder."""
-    experiment = Experiment(options.description)
-    folder = prepare_folder(options.out, options.description)
-    run_with_progress(experiment, folder)
-    finish(experiment, folder)
-    return folder
 
 
 def result(folder: Path) -> dict[str, Any]:

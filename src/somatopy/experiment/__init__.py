@@ -1,16 +1,19 @@
-"""Experiments: the description, the loop, damages, and the run folder."""
+"""Experiments: the description, the session, the run folder."""
 
-from somatopy.experiment.check import check_damage
-from somatopy.experiment.description import Description, DescriptionError, frames_of, load_description
-from somatopy.experiment.loop import Experiment
+from somatopy.experiment.description import Description, DescriptionError, Phase, frames_of, load_description
+from somatopy.experiment.frame import Frame
 from somatopy.experiment.presets import PRESETS, paper
+from somatopy.experiment.run_folder import RunFolder
+from somatopy.experiment.session import Session
 
 __all__ = [
     "PRESETS",
     "Description",
     "DescriptionError",
-    "Experiment",
-    "check_damage",
+    "Frame",
+    "Phase",
+    "RunFolder",
+    "Session",
     "frames_of",
     "load_description",
     "paper",

@@ -7,42 +7,45 @@ come from the geometric eye and are labelled so.
 from __future__ import annotations
 
 import hashlib
+import inspect
 import json
-import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_cdt
 
-from somatopy.bodies import MujocoBody, occluders
+from somatopy.clock import FRAMES_PER_MINUTE, FRAMES_PER_SECOND, WINDOW
+from somatopy.contract import Modelled
 from somatopy.eyes import GeometricEye, frustum, geometric, rays
-from somatopy.percept import Floats, Ints
+from somatopy.files import cache_folder, write_whole
+from somatopy.percept import Floats, Ints, Reading
 
-__all__ = ["EVERY", "GRID", "Vantages", "best_fixed_head", "ceiling", "reachable", "reactive_hits"]
+__all__ = ["EVERY", "GRIDS", "Vantages", "best_fixed_head", "ceiling", "reachable", "reactive_hits"]
 
-#: Head postures tried along each head joint; docs/ceiling.md shows that more change little.
-GRID = (97, 29)
+#: Head postures tried along each head joint, by their number; docs/ceiling.md shows that more change little.
+GRIDS = {1: (97,), 2: (97, 29), 3: (25, 15, 9)}
 #: The ceiling looks at every tenth frame.
 EVERY = 10
 
-_STRETCHES, _STRETCH = 10, 900  # the reactive bound: ten stretches of one minute
+_STRETCHES, _STRETCH = 10, FRAMES_PER_MINUTE  # the reactive bound: ten stretches of one minute
+_REST, _LONGEST = 1e-4, 3000  # rad in a frame that count as rest; frames after which nobody waits for it any more
 _ENOUGH = 3000  # arm postures by which the best fixed head posture is chosen
 
 Bools = NDArray[np.bool_]
 
 
 def ceiling(
-    body: MujocoBody,
+    bodies: Sequence[Modelled],
     arms_by_phase: Sequence[Floats],
-    window: int = 4500,
+    window: int = WINDOW,
     every: int = EVERY,
-    grid: tuple[int, ...] = GRID,
-    head_speed: float | None = None,
+    grid: tuple[int, ...] | None = None,
 ) -> dict[str, Any]:
     """Ceiling and reactive bound of a run's arm postures; kept in the user's cache folder and looked up there.
 
@@ -50,12 +53,11 @@ def ceiling(
     the others evenly between; of the whole run where it is no longer than that.
 
     Args:
-        body: the robot.
+        bodies: the robot in each phase; another one than before only where an injury changes what it can see.
         arms_by_phase: for each phase the sensed arm posture in each frame, shape (frames, n_arm), rad.
         window: frames in a window.
         every: frames from one that the ceiling looks at to the next.
-        grid: head postures tried along each head joint.
-        head_speed: speed of the head's set-points, rad/s, as the body was given it; the velocity limits where None.
+        grid: head postures tried along each head joint; that of `GRIDS` if None.
 
     Returns:
         Plain data: "eye", "grid", "every"; "rate", the share of frames in which the hand can be seen; "phases", for
@@ -64,21 +66,22 @@ def ceiling(
         where there are no frames.
     """
     arms_by_phase = [np.ascontiguousarray(arms, float) for arms in arms_by_phase]
-    key = _fingerprint(body, arms_by_phase, (window, every, grid, head_speed))
+    grid = grid or _grid(bodies[0])
+    key = _fingerprint(bodies, arms_by_phase, (window, every, grid))
     kept = _recall(key)
     if kept is None:
-        kept = _compute(body, arms_by_phase, window, every, grid, head_speed)
+        kept = _compute(bodies, arms_by_phase, window, every, grid)
         _keep(key, kept)
     return kept
 
 
-def best_fixed_head(body: MujocoBody, arms: Floats, grid: tuple[int, ...] = GRID) -> Floats:
+def best_fixed_head(body: Modelled, arms: Floats, grid: tuple[int, ...] | None = None) -> Floats:
     """The head posture from which the hand is seen in most arm postures; among equals the one most robustly so.
 
     Args:
         body: the robot.
         arms: arm postures, shape (n, n_arm), rad; of more than 3,000 only every k-th counts.
-        grid: head postures tried along each head joint.
+        grid: head postures tried along each head joint; that of `GRIDS` if None.
 
     Returns:
         Shape (n_head,), rad.
@@ -112,6 +115,7 @@ class Vantages:
         rows: which occluders those are, shape (k,).
 
     Example:
+        >>> from somatopy.bodies import MujocoBody
         >>> vantages = Vantages.of(MujocoBody("nao", motion="kinematic"), shape=(25, 9))
         >>> arm = np.array([0.4, 0.0, -1.0, -0.9])
         >>> head = vantages.heads[vantages.robustness(vantages.seeing(arm)).argmax()]
@@ -119,7 +123,7 @@ class Vantages:
         True
     """
 
-    body: MujocoBody
+    body: Modelled
     eye: GeometricEye
     heads: Floats
     shape: tuple[int, ...]
@@ -129,8 +133,9 @@ class Vantages:
     rows: Ints
 
     @classmethod
-    def of(cls, body: MujocoBody, shape: tuple[int, ...] = GRID) -> Vantages:
-        """The head postures of a body, as many steps along each head joint as `shape` says."""
+    def of(cls, body: Modelled, shape: tuple[int, ...] | None = None) -> Vantages:
+        """The head postures of a body, as many steps along each head joint as `shape` says; that of `GRIDS` if None."""
+        shape = shape or _grid(body)
         axes = [np.linspace(a, b, n) for a, b, n in zip(body.head.lower, body.head.upper, shape, strict=True)]
         every = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
         heads = np.stack([body.legal(head) for head in every])
@@ -185,7 +190,7 @@ def reachable(vantages: Vantages, arms: Floats) -> Bools:
     return found
 
 
-def reactive_hits(vantages: Vantages, arms: Floats, head_speed: float | None = None) -> tuple[Bools, Bools]:
+def reactive_hits(vantages: Vantages, arms: Floats) -> tuple[Bools, Bools]:
     """What a gaze with perfect knowledge but no look-ahead hits.
 
     In each frame it heads for the most robust head posture that sees the hand where it is now, the nearest of equal
@@ -194,48 +199,54 @@ def reactive_hits(vantages: Vantages, arms: Floats, head_speed: float | None = N
     Args:
         vantages: the head postures to choose from.
         arms: the arm posture in consecutive frames, shape (n, n_arm), rad.
-        head_speed: as in `ceiling`.
 
     Returns:
         Whether the hand was seen, and whether it could be seen from any head posture, each of shape (n,).
     """
     body = vantages.body
-    alone = MujocoBody(body.anatomy, body.motion, head_speed=head_speed)
-    reading = alone.reset()
-    hits, possible = np.zeros(len(arms), np.bool_), np.zeros(len(arms), np.bool_)
-    for k, arm in enumerate(arms):
-        seen, target = vantages.seeing(arm), reading.head_command
-        possible[k] = seen.any()
-        if possible[k]:
-            value = vantages.robustness(seen)
-            best = vantages.heads[value == value.max()]
-            target = best[(np.abs(best - reading.head) / body.head.velocity).max(axis=1).argmin()]
-        if k == 0:
-            for _ in range(_frames_across(alone, head_speed)):
-                reading = alone.step(reading.arm_command, target)
-        hits[k] = vantages.eye.find(body.view(arm, reading.head)) is not None
-        reading = alone.step(reading.arm_command, target)
-    alone.close()
+    alone = body.another()
+    try:
+        reading = alone.reset()
+        hits, possible = np.zeros(len(arms), np.bool_), np.zeros(len(arms), np.bool_)
+        for k, arm in enumerate(arms):
+            seen, target = vantages.seeing(arm), reading.head_command
+            possible[k] = seen.any()
+            if possible[k]:
+                value = vantages.robustness(seen)
+                best = vantages.heads[value == value.max()]
+                target = best[(np.abs(best - reading.head) / body.head.velocity).max(axis=1).argmin()]
+            if k == 0:
+                reading = _settled(alone, reading, target)
+            hits[k] = vantages.eye.find(body.view(arm, reading.head)) is not None
+            reading = alone.step(reading.arm_command, target)
+    finally:
+        alone.close()
     return hits, possible
 
 
-def _frames_across(body: MujocoBody, head_speed: float | None) -> int:
-    """Frames in which the head gets from anywhere to anywhere and comes to rest."""
-    speed = np.minimum(body.head.velocity, head_speed or np.inf)
-    return 15 + int(15 * ((body.head.upper - body.head.lower) / speed).sum())
+def _settled(body: Any, reading: Reading, target: Floats) -> Reading:
+    """What the body senses once its head has come to rest at a target: a second without any movement."""
+    still = 0
+    for _ in range(_LONGEST):
+        before, reading = reading, body.step(reading.arm_command, target)
+        still = still + 1 if np.abs(reading.head - before.head).max() < _REST else 0
+        if still == FRAMES_PER_SECOND:
+            break
+    return reading
 
 
 def _compute(
-    body: MujocoBody, arms_by_phase: list[Floats], window: int, every: int, grid: tuple[int, ...], speed: float | None
+    bodies: Sequence[Modelled], arms_by_phase: list[Floats], window: int, every: int, grid: tuple[int, ...]
 ) -> dict[str, Any]:
-    vantages = Vantages.of(body, grid)
-    found = [reachable(vantages, arms[::every]) for arms in arms_by_phase]
+    vantages = {id(body): Vantages.of(body, grid) for body in bodies}
+    by_phase = [vantages[id(body)] for body in bodies]
+    found = [reachable(each, arms[::every]) for each, arms in zip(by_phase, arms_by_phase, strict=True)]
     phases = []
     for seen, arms in zip(found, arms_by_phase, strict=True):
         at = np.arange(0, len(arms), every) // window
         windows = [_rate(seen[at == k]) for k in range(len(arms) // window)]
         phases.append({"rate": _rate(seen), "per_window": windows})
-    reactive = [reactive_hits(vantages, arms, speed) for arms in _stretches(arms_by_phase)]
+    reactive = [reactive_hits(*stretch) for stretch in _stretches(by_phase, arms_by_phase)]
     hits, possible = ([pair[k] for pair in reactive] for k in (0, 1))
     return {
         "eye": "geometric",
@@ -247,13 +258,26 @@ def _compute(
     }
 
 
-def _stretches(arms_by_phase: list[Floats]) -> list[Floats]:
-    """The stretches of the reactive bound; the arm moves on from phase to phase, so phases do not end them."""
-    arms = np.concatenate(arms_by_phase) if arms_by_phase else np.empty((0, 0))
-    if len(arms) <= _STRETCHES * _STRETCH:
-        return [arms] if len(arms) else []
-    starts = np.linspace(0, len(arms) - _STRETCH, _STRETCHES).astype(int)
-    return [arms[k : k + _STRETCH] for k in starts]
+def _stretches(by_phase: Sequence[Vantages], arms_by_phase: list[Floats]) -> Iterator[tuple[Vantages, Floats]]:
+    """The stretches of the reactive bound. The arm moves on from phase to phase: only another body ends a stretch."""
+    owners = np.repeat(np.arange(len(by_phase)), [len(arms) for arms in arms_by_phase]).tolist()
+    arms = np.concatenate(arms_by_phase) if len(owners) else np.empty((0, 0))
+    starts = [0]
+    length = len(arms)
+    if len(arms) > _STRETCHES * _STRETCH:
+        starts, length = np.linspace(0, len(arms) - _STRETCH, _STRETCHES).astype(int).tolist(), _STRETCH
+    for start in starts:
+        frames = range(start, min(start + length, len(arms)))
+        for _, group in groupby(frames, lambda frame: id(by_phase[owners[frame]])):
+            same = list(group)
+            yield by_phase[owners[same[0]]], arms[same[0] : same[-1] + 1]
+
+
+def _grid(body: Modelled) -> tuple[int, ...]:
+    joints = len(body.head)
+    if joints not in GRIDS:
+        raise ValueError(f"A ceiling is computed for heads of {', '.join(map(str, GRIDS))} joints, not of {joints}.")
+    return GRIDS[joints]
 
 
 def _rate(*parts: Bools) -> float | None:
@@ -264,39 +288,42 @@ def _rate(*parts: Bools) -> float | None:
 # -- the cache -------------------------------------------------------------------------------------------------------
 
 
-def _fingerprint(body: MujocoBody, arms_by_phase: list[Floats], settings: tuple[object, ...]) -> str:
-    """A hash of all that the result depends on: the code, the model, the settings and the trajectory."""
-    model = np.empty(mujoco.mj_sizeModel(body.model), np.uint8)
-    mujoco.mj_saveModel(body.model, None, model)
-    digest = hashlib.sha256(model.tobytes())
-    for file in (__file__, *(module.__file__ for module in (geometric, rays, frustum, occluders))):
+def _fingerprint(bodies: Sequence[Modelled], arms_by_phase: list[Floats], settings: tuple[object, ...]) -> str:
+    """A hash of all that the result depends on: the code, the bodies, the settings and the trajectory."""
+    digest = hashlib.sha256(repr(settings).encode())
+    for file in (__file__, *(module.__file__ for module in (geometric, rays, frustum)), *_sources(bodies)):
         digest.update(Path(str(file)).read_bytes())
-    digest.update(repr((body.anatomy, body.motion, body.camera, body.marker, settings)).encode())
+    for body in bodies:
+        digest.update(repr((body.camera, body.marker)).encode() + body.fingerprint())
     for arms in arms_by_phase:
         digest.update(repr(arms.shape).encode() + arms.tobytes())
     return digest.hexdigest()
 
 
-def _cache_file(key: str) -> Path:
-    root = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(root) / "somatopy" / "ceiling" / f"{key}.json"
+def _sources(bodies: Sequence[Modelled]) -> list[Path]:
+    """The files that say how these bodies move and where their parts are."""
+    found: set[Path] = set()
+    for body in bodies:
+        with suppress(OSError, TypeError):  # TypeError: a class without a file, as of an interactive session
+            file = Path(inspect.getfile(type(body)))
+            ours = type(body).__module__.startswith("somatopy.")
+            found.update(file.parent.glob("*.py") if ours else [file])
+    return sorted(found)
 
 
 def _recall(key: str) -> dict[str, Any] | None:
+    folder = cache_folder("ceiling")
     try:
-        kept = json.loads(_cache_file(key).read_text(encoding="utf-8"))
-    except (OSError, ValueError, RuntimeError):  # RuntimeError: there is no home folder
+        kept = json.loads((folder / f"{key}.json").read_text(encoding="utf-8")) if folder else None
+    except (OSError, ValueError):
         return None
     return kept if isinstance(kept, dict) else None
 
 
 def _keep(key: str, result: dict[str, Any]) -> None:
-    """Write the result, whole or not at all; without a folder to write to it is computed anew each time."""
-    try:
-        file = _cache_file(key)
-        file.parent.mkdir(parents=True, exist_ok=True)
-        part = file.with_suffix(f".{os.getpid()}")
-        part.write_text(json.dumps(result), encoding="utf-8")
-        part.replace(file)
-    except (OSError, RuntimeError):
-        return
+    """Write the result; without a folder to write to it is computed anew each time."""
+    folder = cache_folder("ceiling")
+    with suppress(OSError):
+        if folder:
+            folder.mkdir(parents=True, exist_ok=True)
+            write_whole(folder / f"{key}.json", json.dumps(result))

@@ -1,12 +1,8 @@
-"""Checkpoints: the whole simulated side as arrays and JSON in one file, and a lock on the run folder."""
+"""Checkpoints: nested states as arrays and JSON in one file."""
 
 from __future__ import annotations
 
-import fcntl
 import json
-import os
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 from zipfile import BadZipFile
@@ -14,26 +10,26 @@ from zipfile import BadZipFile
 import numpy as np
 
 from somatopy.experiment.description import DescriptionError
+from somatopy.files import write_whole
 
-__all__ = ["FILE", "locked", "read_checkpoint", "write_checkpoint"]
+__all__ = ["read_checkpoint", "write_checkpoint"]
 
-FILE = "checkpoint.npz"
 _PLAIN = "plain"
+#: Stands in the place of an array, with the array's number.
+_ARRAY = "array in this file, by its number"
 
 
 def write_checkpoint(path: Path, state: dict[str, Any]) -> None:
-    """Write nested dictionaries of arrays and plain values aside, then rename: there is always one whole checkpoint.
+    """Write nested dictionaries of arrays and plain values, whole or not at all.
 
     Args:
         path: the file, .npz.
-        state: its keys are text without slashes; its values arrays, numbers, text, lists, or more of the same.
+        state: its keys are text; its values arrays, numbers, text, lists, or more of the same.
     """
-    arrays: dict[str, np.ndarray[Any, Any]] = {}
-    plain = _split(state, "state", arrays)
-    aside = path.with_name(path.name + ".partial")
-    with aside.open("wb") as file:
-        np.savez(file, allow_pickle=False, **{_PLAIN: np.array(json.dumps([plain, list(arrays)]))}, **arrays)
-    os.replace(aside, path)
+    arrays: list[np.ndarray[Any, Any]] = []
+    plain = json.dumps(_parted(state, arrays))
+    named = {f"array-{number}": array for number, array in enumerate(arrays)}
+    write_whole(path, lambda file: np.savez(file, allow_pickle=False, **{_PLAIN: np.array(plain)}, **named))
 
 
 def read_checkpoint(path: Path) -> dict[str, Any]:
@@ -44,39 +40,28 @@ def read_checkpoint(path: Path) -> dict[str, Any]:
     """
     try:
         with np.load(path, allow_pickle=False) as file:
-            plain, names = json.loads(str(file[_PLAIN]))
-            state: dict[str, Any] = plain
-            for name in names:
-                _, *tables, key = name.split("/")
-                table = state
-                for part in tables:
-                    table = table[part]
-                table[key] = file[name]
+            state = _joined(json.loads(str(file[_PLAIN])), file)
     except (OSError, ValueError, KeyError, TypeError, EOFError, RuntimeError, BadZipFile) as error:
         raise DescriptionError(f"{path} is no checkpoint that can be read: {error}.") from error
+    if not isinstance(state, dict):
+        raise DescriptionError(f"{path} is no checkpoint that can be read: it holds no table.")
     return state
 
 
-def _split(value: Any, path: str, arrays: dict[str, np.ndarray[Any, Any]]) -> Any:
-    """Move arrays out of nested dictionaries, to `arrays` by their path; what is left is plain."""
+def _parted(value: Any, arrays: list[np.ndarray[Any, Any]]) -> Any:
+    """The value with its arrays moved to `arrays`, and a note in the place of each."""
     if isinstance(value, np.ndarray):
-        arrays[path] = value
-        return None
+        arrays.append(value)
+        return {_ARRAY: len(arrays) - 1}
     if isinstance(value, dict):
-        return {key: _split(item, f"{path}/{key}", arrays) for key, item in value.items()}
+        return {key: _parted(item, arrays) for key, item in value.items()}
     return value.item() if isinstance(value, np.generic) else value
 
 
-@contextmanager
-def locked(folder: Path) -> Iterator[None]:
-    """Hold the run folder for this process; the lock goes with the process, however it ends.
-
-    Raises:
-        DescriptionError: another process holds it.
-    """
-    with (folder / ".lock").open("w") as file:
-        try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError as error:
-            raise DescriptionError(f"Another process is running in {folder}. Wait for it, or end it first.") from error
-        yield
+def _joined(value: Any, file: Any) -> Any:
+    """The value with its arrays back in their places."""
+    if not isinstance(value, dict):
+        return value
+    if _ARRAY in value:
+        return file[f"array-{int(value[_ARRAY])}"]
+    return {key: _joined(item, file) for key, item in value.items()}

@@ -4,41 +4,46 @@ from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Self, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+from pydantic_core import InitErrorDetails, PydanticCustomError
+
+# Each package names its kinds when it is imported.
+import somatopy.babbling
+import somatopy.bodies
+import somatopy.eyes
+import somatopy.interventions
+import somatopy.learners  # noqa: F401
+from somatopy.clock import FRAMES_PER_MINUTE
+from somatopy.registry import BABBLERS, BODIES, EYES, INTERVENTIONS, LEARNERS, Settings
+from somatopy.validation import explain
 
 __all__ = [
-    "FRAMES_PER_MINUTE",
-    "Babbling",
-    "BodyChoice",
+    "FORMAT",
+    "NO_DAMAGE",
     "Description",
     "DescriptionError",
-    "Fiducial",
-    "FixedControl",
-    "Geometric",
-    "Hebbian",
-    "MapSettings",
-    "NearestControl",
-    "NoDamage",
-    "OffsetDamage",
-    "OwnLearner",
     "Phase",
-    "RandomControl",
     "frames_of",
     "load_description",
+    "read_table",
     "validated",
 ]
 
-FRAMES_PER_MINUTE = 900
-MOST_UNITS = 10_000_000
+#: Of experiment.toml and the rest of a run folder.
+FORMAT = 2
+#: Tables that a run folder writes beside its description.
+RECORDS = ("format", "versions", "written_by", "resumed", "cite")
+#: Kinds of intervention that are no damage: they touch the learner alone.
+NO_DAMAGE = frozenset({"plastic", "afresh", "shuffled"})
 
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-Elasticity = Positive
+T = TypeVar("T", bound=BaseModel)
+Intervention = Annotated[Settings, INTERVENTIONS]
 
 
 class DescriptionError(ValueError):
@@ -48,130 +53,43 @@ class DescriptionError(ValueError):
 class _Table(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
+    def replaced(self, **changes: Any) -> Self:
+        """A copy with some keys replaced, validated again.
 
-class BodyChoice(_Table):
-    """The robot, and how it moves."""
+        Raises:
+            DescriptionError: unknown keys (the valid ones are listed), wrong types or values.
+        """
+        table = {name: getattr(self, name) for name in type(self).model_fields}
+        return _model(type(self), self._changed(table, changes), f"The changed {type(self).__name__.lower()}")
 
-    model: str = Field("nao", description="A known body, or the path of an anatomy file.")
-    motion: Literal["dynamic", "kinematic"] = Field("dynamic", description="Physics, or joints that obey at once.")
-    head_speed: Positive | None = Field(
-        None, description="Speed of the head's set-points, rad/s; the body's limit if none."
-    )
-
-
-class Fiducial(_Table):
-    """The rendered camera and OpenCV's marker detector."""
-
-    kind: Literal["fiducial"] = "fiducial"
-    skip: bool = Field(True, description="Spare pictures in which the marker is provably out of view.")
-
-
-class Geometric(_Table):
-    """A model of that eye, computed from the true poses without a picture."""
-
-    kind: Literal["geometric"] = "geometric"
-
-
-class Babbling(_Table):
-    """Motor babbling to uniform random targets."""
-
-    kind: Literal["uniform"] = "uniform"
-    range: str | tuple[tuple[Finite, Finite], ...] = Field(
-        "mechanical", description="A range that the body names, or low and high of each arm joint, rad."
-    )
-    speed: Positive = Field(0.8, description="Speed of the arm's set-points, rad/s.")
-
-
-class MapSettings(_Table):
-    """A Dynamic Self-Organising Map of [0, 1] units."""
-
-    shape: tuple[int, int] = Field((30, 30), description="Rows and columns of the lattice.")
-    learning_rate: float = Field(0.1, gt=0, le=1, description="epsilon of equation 1.")
-    elasticity: Elasticity = Field(0.1, description="eta of equation 2.")
-
-    @field_validator("shape")
-    @classmethod
-    def _has_units(cls, shape: tuple[int, int]) -> tuple[int, int]:
-        if min(shape) < 1:
-            raise ValueError(f"both sides must be at least 1, not {shape}")
-        if math.prod(shape) > MOST_UNITS:
-            raise ValueError(f"a map has at most {MOST_UNITS:.0e} units, not {math.prod(shape):.1e}. Make it smaller")
-        return shape
-
-
-class Hebbian(_Table):
-    """The paper's learner: arm map, head map, positive Hebbian links."""
-
-    kind: Literal["hebbian"] = "hebbian"
-    arm_map: MapSettings = MapSettings()
-    head_map: MapSettings = MapSettings()
-    link_rate: Positive = Field(0.01, description="eta of equation 3.")
-    arm_codes: Literal["uniform", "sampled"] = Field(
-        "uniform",
-        description="Start codes of the arm map: uniform in the joint ranges, or from 30 minutes of babbling.",
-    )
-
-
-class RandomControl(_Table):
-    """Control: uniform random head postures, each held until reached or for one second."""
-
-    kind: Literal["random"] = "random"
-
-
-class FixedControl(_Table):
-    """Control: one head posture for ever."""
-
-    kind: Literal["fixed"] = "fixed"
-    head: tuple[Finite, ...] | None = Field(
-        None, description="That posture, rad; if none, the one that sees the hand most often while babbling."
-    )
-
-
-class NearestControl(_Table):
-    """Control: the head posture of the nearest arm posture at which the hand was seen, all hits remembered."""
-
-    kind: Literal["nearest"] = "nearest"
-
-
-class OwnLearner(_Table):
-    """A learner from outside somatopy, handed to `Experiment` or `run` beside the description."""
-
-    kind: Literal["own"] = "own"
-    name: str = Field(description="What it is called; written into the run folder.")
-
-
-class NoDamage(_Table):
-    """The intact robot."""
-
-    kind: Literal["none"] = "none"
-
-
-class OffsetDamage(_Table):
-    """A constant added to the sensed arm posture and to the efference copy of the arm command; nothing is clipped."""
-
-    kind: Literal["offset"] = "offset"
-    offset: tuple[Finite, ...] = Field((0.1265, 1.1411, 1.2295, -0.2242), description="One a joint, rad.")
-
-
-EyeChoice = Annotated[Fiducial | Geometric, Field(discriminator="kind")]
-LearnerChoice = Annotated[
-    Hebbian | RandomControl | FixedControl | NearestControl | OwnLearner, Field(discriminator="kind")
-]
-Damage = Annotated[NoDamage | OffsetDamage, Field(discriminator="kind")]
+    def _changed(self, table: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
+        return table | changes
 
 
 class Phase(_Table):
-    """A stretch of the experiment with one damage."""
+    """A stretch of the experiment, and what is done to it meanwhile.
 
-    name: str = Field("intact", min_length=1)
+    `damage`, `plastic` and `start` are short forms: a table or name of one intervention that is a damage (or "none"),
+    the parts of the learner that learn, and "continue", "afresh" or "shuffled". They become interventions, in the
+    order start, plastic, damage, before those that `interventions` lists.
+    """
+
+    name: str = Field("intact", min_length=1, description="Its name, which no other phase has.")
     frames: int = Field(177_823, ge=0, description="Length, frames of 1/15 s.")
-    damage: Damage = NoDamage()
+    interventions: tuple[Intervention, ...] = Field((), description="What is done, in this order.")
     trend_breaks: tuple[int, ...] = Field((), description="Windows at which a new trend line starts.")
-    plastic: tuple[str, ...] | None = Field(None, description="Parts of the learner that learn; all of them if none.")
-    start: Literal["continue", "afresh", "shuffled"] = Field(
-        "continue",
-        description="What the learner brings into this phase: all it knows, nothing, or links in wrong rows.",
-    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _resolved(cls, table: Any) -> Any:
+        if not isinstance(table, Mapping):
+            return table
+        given = dict(table)
+        short = [settings for key in ("start", "plastic", "damage") for settings in _short_form(key, given)]
+        listed = given.get("interventions", ())
+        if short and isinstance(listed, list | tuple):
+            given["interventions"] = (*short, *listed)
+        return given
 
     @field_validator("trend_breaks")
     @classmethod
@@ -180,16 +98,89 @@ class Phase(_Table):
             raise ValueError(f"windows must be positive and increasing, such as [7], not {list(breaks)}")
         return breaks
 
+    @property
+    def damage(self) -> str:
+        """The kinds of its interventions that are damages, joined by +; "none" without any."""
+        return damage_of(settings.kind for settings in self.interventions)
+
+    def _changed(self, table: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
+        """A short form takes the place of the interventions that it stands for."""
+        if "interventions" not in changes:
+            kept = table["interventions"]
+            for key in SHORT_FORMS.keys() & changes.keys():
+                kept = [settings for settings in kept if not stands_for(key, settings.kind)]
+            table["interventions"] = tuple(kept)
+        return table | changes
+
+
+def damage_of(kinds: Iterable[str]) -> str:
+    """The damage of a phase as one text, from the kinds of its interventions.
+
+    Example:
+        >>> damage_of(["plastic", "offset", "my_file:Noise"]), damage_of(["afresh"])
+        ('offset+my_file:Noise', 'none')
+    """
+    return "+".join(kind for kind in kinds if kind not in NO_DAMAGE) or "none"
+
+
+#: Short forms of a phase, and the kinds of intervention that each can stand for.
+SHORT_FORMS: dict[str, frozenset[str]] = {
+    "start": frozenset({"afresh", "shuffled"}),
+    "plastic": frozenset({"plastic"}),
+    "damage": frozenset(),
+}
+
+
+def stands_for(key: str, kind: str) -> bool:
+    """Whether a short form stands for interventions of this kind."""
+    return kind not in NO_DAMAGE if key == "damage" else kind in SHORT_FORMS[key]
+
+
+def _short_form(key: str, table: dict[str, Any]) -> list[Settings]:
+    """Take a short form out of a table; the intervention that it stands for, if any."""
+    value = table.pop(key, None)
+    if value is None:
+        return []
+    if key == "start":
+        if value not in ("continue", "afresh", "shuffled"):
+            raise _wrong(key, value, "choice", "choose one of continue, afresh, shuffled")
+        return [] if value == "continue" else [INTERVENTIONS.validated(value)]
+    if key == "plastic":
+        value = {"kind": "plastic", "parts": value}
+    elif value == "none" or (isinstance(value, Mapping) and value.get("kind") == "none"):
+        if isinstance(value, Mapping) and len(value) > 1:
+            raise _wrong(key, value, "choice", "the kind none has no keys of its own; leave them away")
+        return []
+    try:
+        return [INTERVENTIONS.validated(value)]
+    except PydanticCustomError as error:
+        raise ValidationError.from_exception_data("", [{"type": error, "loc": (key,), "input": value}]) from error
+    except ValidationError as error:
+        raise ValidationError.from_exception_data("", list(_under(key, error))) from error
+
+
+def _under(key: str, error: ValidationError) -> Iterable[InitErrorDetails]:
+    """The errors of a short form, at its key."""
+    for item in error.errors(include_url=False):
+        loc = tuple(part for part in item["loc"] if not (key == "plastic" and part == "parts"))
+        kind = PydanticCustomError(item["type"], "{said}", {**item.get("ctx", {}), "said": item["msg"]})
+        yield {"type": kind, "loc": (key, *loc), "input": item["input"]}
+
+
+def _wrong(key: str, value: Any, kind: str, said: str) -> ValidationError:
+    error = PydanticCustomError(kind, "{said}", {"said": said})
+    return ValidationError.from_exception_data("", [{"type": error, "loc": (key,), "input": value}])
+
 
 class Description(_Table):
     """An experiment: seed, robot, eye, babbling, learner and phases."""
 
     name: str = Field("experiment", pattern=r"^[A-Za-z0-9._-]+$", description="Goes into the run folder's name.")
     seed: int = Field(0, ge=0, description="One seed; every part draws from its own named stream.")
-    body: BodyChoice = BodyChoice()
-    eye: EyeChoice = Fiducial()
-    babbling: Babbling = Babbling()
-    learner: LearnerChoice = Hebbian()
+    body: Annotated[Settings, BODIES] = Field(default_factory=lambda: BODIES.validated({}))
+    eye: Annotated[Settings, EYES] = Field(default_factory=lambda: EYES.validated("fiducial"))
+    babbling: Annotated[Settings, BABBLERS] = Field(default_factory=lambda: BABBLERS.validated({}))
+    learner: Annotated[Settings, LEARNERS] = Field(default_factory=lambda: LEARNERS.validated("hebbian"))
     phases: tuple[Phase, ...] = (Phase(),)
 
     @field_validator("phases")
@@ -207,14 +198,6 @@ class Description(_Table):
         """Frames of all phases together."""
         return sum(phase.frames for phase in self.phases)
 
-    def replaced(self, **tables: Any) -> Description:
-        """A copy with some top-level keys replaced, validated again.
-
-        Raises:
-            DescriptionError: unknown keys (the valid ones are listed), wrong types or values.
-        """
-        return validated(self.model_dump() | tables, "The changed description")
-
 
 def frames_of(minutes: float) -> int:
     """Frames in that many minutes of robot time: round(900 minutes).
@@ -227,20 +210,44 @@ def frames_of(minutes: float) -> int:
     return round(FRAMES_PER_MINUTE * minutes)
 
 
-def validated(table: dict[str, Any], source: str) -> Description:
+def validated(table: Mapping[str, Any], source: str) -> Description:
     """A description from plain data.
 
     Args:
-        table: the parsed TOML.
+        table: the parsed TOML; instead of a kind's name it may hold a class or function of your own.
         source: what to call it in an error.
 
     Raises:
         DescriptionError: unknown keys (the valid ones are listed), wrong types or values.
     """
+    return _model(Description, table, source)
+
+
+def _model(model: type[T], table: Mapping[str, Any], source: str) -> T:
     try:
-        return Description.model_validate(table)
+        return model.model_validate(table)
     except ValidationError as error:
-        raise DescriptionError(f"{source}: {explain(error)}.") from error
+        raise DescriptionError(f"{source}: {explain(error, partial(_fields, model))}.") from error
+
+
+def read_table(path: str | Path) -> dict[str, Any]:
+    """A description file (TOML) as plain data, without what a run folder writes beside the description.
+
+    Raises:
+        DescriptionError: the file cannot be read, is no TOML, or belongs to a run folder of another format.
+    """
+    try:
+        table = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+    except OSError as error:
+        raise DescriptionError(f"Cannot read the description {path}: {error.strerror}.") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise DescriptionError(f"The description {path} is not valid TOML: {error}.") from error
+    if "versions" in table and table.get("format") != FORMAT:
+        raise DescriptionError(
+            f"{path} was written by another version of somatopy (run folder format {table.get('format', 1)}, "
+            f"this version has {FORMAT}): use the version that it names, or run the experiment again."
+        )
+    return {key: value for key, value in table.items() if key not in RECORDS}
 
 
 def load_description(path: str | Path) -> Description:
@@ -249,66 +256,11 @@ def load_description(path: str | Path) -> Description:
     Raises:
         DescriptionError: the file cannot be read, is no TOML, or does not fit.
     """
-    try:
-        table = tomllib.loads(Path(path).read_text())
-    except OSError as error:
-        raise DescriptionError(f"Cannot read the description {path}: {error.strerror}.") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise DescriptionError(f"The description {path} is not valid TOML: {error}.") from error
-    for record in ("versions", "cite"):
-        table.pop(record, None)
-    return validated(table, str(path))
+    return validated(read_table(path), str(path))
 
 
-_PLAIN = {"missing": "a value is missing", "tuple_type": "must be a list", "model_type": "must be a table of keys"}
-
-
-def explain(error: ValidationError) -> str:
-    """All that is wrong, each with its key as a description file writes it, its value and the valid choices."""
-    return "; ".join(_explain(error))
-
-
-def _explain(error: ValidationError) -> Iterable[str]:
-    for item in error.errors():
-        keys, tables = _walk(item["loc"])
-        where = ".".join(keys)
-        match item["type"]:
-            case "extra_forbidden":
-                key = ".".join([*keys, str(item["loc"][-1])])
-                yield f"unknown key {key!r}; valid keys there: {', '.join(tables[0].model_fields)}"
-            case "union_tag_invalid":
-                yield f"{where}.kind = {item['ctx']['tag']!r} is unknown; choose one of {', '.join(map(_kind, tables))}"
-            case "union_tag_not_found":
-                yield f"{where} lacks its kind; choose one of {', '.join(map(_kind, tables))}"
-            case "value_error":
-                yield f"{where}: {item['ctx']['error']}"
-            case _ if item["loc"][-1:] != ("str",):  # of a union with text, the other member says what is wrong
-                yield f"{where} = {item['input']!r}: {_PLAIN.get(item['type'], item['msg'])}"
-
-
-def _walk(location: tuple[int | str, ...]) -> tuple[list[str], list[type[BaseModel]]]:
-    """Follow the location of a validation error: its keys as a file writes them, and the tables that may stand there.
-
-    A location names the members of unions too, tables by their kind; no file does.
-    """
-    keys: list[str] = []
-    tables: list[type[BaseModel]] = [Description]
-    for part in location:
-        if isinstance(part, int):
-            keys.append(str(part))
-        elif len(tables) > 1:
-            tables = [table for table in tables if _kind(table) == part]
-        elif tables and part in tables[0].model_fields:
-            keys.append(part)
-            tables = _members(tables[0].model_fields[part].annotation)
-    return keys, tables
-
-
-def _kind(table: type[BaseModel]) -> str:
-    return str(table.model_fields["kind"].default)
-
-
-def _members(annotation: Any) -> list[type[BaseModel]]:
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        return [annotation]
-    return [m for a in getattr(annotation, "__args__", ()) for m in _members(a)]
+def _fields(model: type[BaseModel], keys: Sequence[str]) -> list[str]:
+    """Names of the fields of the table at some keys."""
+    if [*keys[:1]] == ["phases"] and model is Description:
+        return [*Phase.model_fields, *SHORT_FORMS]
+    return [*model.model_fields, *(SHORT_FORMS if model is Phase else ())]

@@ -7,55 +7,73 @@ from typing import Any
 
 import numpy as np
 
-from somatopy.experiment.build import babbling_range, stream
+from somatopy.contract import Modelled, Twin
 from somatopy.experiment.ceiling import Vantages, reachable
-from somatopy.experiment.checkpoint import FILE
-from somatopy.experiment.description import DescriptionError, load_description
-from somatopy.experiment.loop import Experiment, MakeLearner
+from somatopy.experiment.context import Context, stream
+from somatopy.experiment.description import DescriptionError
+from somatopy.experiment.run_folder import RunFolder
+from somatopy.experiment.session import Session
 from somatopy.percept import Percept
 
 __all__ = ["evaluate"]
 
 
-def evaluate(folder: str | Path, postures: int = 2000, learner: MakeLearner | None = None) -> dict[str, Any]:
+def evaluate(folder: str | Path, postures: int = 2000, *, anyway: bool = False, **parts: Any) -> dict[str, Any]:
     """Show the learner of a run uniform arm postures from its babbling range, and see where it looks.
 
-    The damage of the phase that the run has reached is in force. Body and learner stand still: each posture is judged
-    by the geometric eye with the head where the learner says, clipped to the limits.
+    The interventions of the phase that the run has reached are in force. Body and learner stand still: each posture is
+    judged by the geometric eye with the head where the learner says, clipped to the limits.
 
     Args:
         folder: a run folder with a checkpoint.
         postures: how many to draw, from a random stream that no run uses.
-        learner: the learner of your own that the run began with, if it did.
+        anyway: whether to go on although versions or code are others than those that wrote the folder.
+        parts: the parts of your own that the run began with and that cannot be imported, as `Session` takes them.
 
     Returns:
-        `eye`, `postures`, `reachable` (share that any head posture sees), `rate` (share seen), `efficiency` (seen of
-        those reachable), `gaze_error_deg` with `median` and `p95` between the optical axis and the hand.
+        `eye`, `damage` (of the phase reached), `postures`, `reachable` (share that any head posture sees), `rate`
+        (share seen), `efficiency` (seen of those reachable), `gaze_error_deg` with `median` and `p95` between the
+        optical axis and the hand.
 
     Raises:
-        DescriptionError: no run folder, or it has no checkpoint.
+        DescriptionError: no run folder, it has no checkpoint, or its body has no model of itself.
     """
-    folder = Path(folder)
-    description = load_description(folder / "experiment.toml")
     if postures < 1:
         raise DescriptionError(f"At least one posture is needed, not {postures}.")
-    experiment = Experiment(description.replaced(eye={"kind": "geometric"}), learner)
-    experiment.restore_from(folder / FILE)
-    body, damage = experiment.body, experiment.damage
-    damage.injure(body)
-    vantages = Vantages.of(body)
-    rng = stream(description.seed, "evaluation")
-    low, high = babbling_range(description, body).T
+    source = RunFolder(folder)
+    description = source.description(**parts)
+    with _Still(description) as session:
+        if not isinstance(session.body, Twin):
+            raise DescriptionError(
+                f"The body of {folder} has no model of itself, so that nobody can tell what it would see in postures "
+                "that it has not met."
+            )
+        source.restore(session, anyway=anyway)
+        if not session.description.frames:
+            return {"eye": "geometric", "damage": "none", **_asked(session, session.body, postures)}
+        with session.holding(session.reached):
+            damage = session.description.phases[session.reached].damage
+            return {"eye": "geometric", "damage": damage, **_asked(session, session.body, postures)}
+
+
+class _Still(Session):
+    """A session of which no frame is asked, so that it runs where nothing can be drawn, too."""
+
+    def _try_drawing(self) -> None:
+        pass
+
+
+def _asked(session: Session, body: Modelled, postures: int) -> dict[str, Any]:
+    vantages, rng = Vantages.of(body), stream(session.description.seed, "evaluation")
+    low, high = Context(session.description, body).bounds().T
     arms = rng.uniform(low, high, (postures, len(body.arm)))
     seen, errors = np.zeros(postures, bool), np.zeros(postures)
     for k, arm in enumerate(arms):
-        percept = damage.sense(Percept(0.0, arm, body.head.lower, arm, body.head.lower), rng)
-        view = body.view(arm, body.legal(experiment.learner.predict(percept.arm)))
+        percept = session.sense(Percept(0.0, arm, body.head.lower, arm, body.head.lower))
+        view = body.view(arm, body.legal(session.learner.predict(percept.arm)))
         seen[k], errors[k] = vantages.eye.find(view) is not None, np.rad2deg(view.gaze_error)
     possible = reachable(vantages, arms) | seen
-    body.close()
     return {
-        "eye": "geometric",
         "postures": postures,
         "reachable": float(possible.mean()),
         "rate": float(seen.mean()),

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from somatopy.bodies import MujocoBody
+from somatopy.bodies import BodyError
+from somatopy.contract import Posable
+from somatopy.experiment.context import Context
 from somatopy.experiment.description import Description
 from somatopy.eyes import FiducialEye
 from somatopy.percept import Floats, Image
+from somatopy.registry import BODIES, Settings
 
 __all__ = ["Photograph", "photographs", "portrait"]
 
@@ -31,35 +36,54 @@ class Photograph:
     pixel: tuple[float, float] | None
 
 
-def photographs(description: Description, arms: Sequence[ArrayLike], heads: Sequence[ArrayLike]) -> list[Photograph]:
+def photographs(
+    body: Settings | Mapping[str, Any], arms: Sequence[ArrayLike], heads: Sequence[ArrayLike]
+) -> list[Photograph]:
     """What the robot sees at these postures.
 
     Args:
-        description: names the robot.
+        body: the robot, as a description has it.
         arms: arm postures, each (n_arm,), rad.
         heads: head postures, each (n_head,), rad.
+
+    Raises:
+        BodyError: the robot cannot be put into postures at once.
     """
-    body = MujocoBody(description.body.model, motion="kinematic", arm_speed=None)
-    eye = FiducialEye(body.camera, body.marker, skip=False)
     taken = []
-    for arm, head in zip(arms, heads, strict=True):
-        reading = body.place(arm, head)
-        seen = eye.look(reading)
-        image = body.picture()
-        taken.append(Photograph(image, eye.detect(image), seen.pixel if seen else None))
-    body.close()
+    with _posed(body) as robot:
+        eye = FiducialEye(robot.camera, robot.marker, skip=False)
+        for arm, head in zip(arms, heads, strict=True):
+            seen = eye.look(robot.place(arm, head))
+            image = robot.picture()
+            taken.append(Photograph(image, eye.detect(image), seen.pixel if seen else None))
     return taken
 
 
-def portrait(description: Description, arm: ArrayLike, head: ArrayLike, size: tuple[int, int] = (720, 720)) -> Image:
+def portrait(
+    body: Settings | Mapping[str, Any], arm: ArrayLike, head: ArrayLike, size: tuple[int, int] = (720, 720)
+) -> Image:
     """The robot in a posture, finely drawn, from the model's camera named `outside`, (height, width, 3).
 
     Raises:
-        BodyError: the model has no such camera.
+        BodyError: the model has no such camera, or the robot cannot be put into postures at once.
     """
-    body = MujocoBody(description.body.model, motion="kinematic", arm_speed=None)
-    body.place(arm, head)
-    body.model.vis.quality.numslices, body.model.vis.quality.numstacks = 64, 32
-    image = np.array(body.picture("outside", *size))
-    body.close()
-    return image
+    with _posed(body) as robot:
+        robot.place(arm, head)
+        if hasattr(robot, "model"):  # round shapes of many faces
+            robot.model.vis.quality.numslices, robot.model.vis.quality.numstacks = 64, 32
+        return np.array(robot.picture("outside", *size))
+
+
+@contextmanager
+def _posed(body: Settings | Mapping[str, Any]) -> Iterator[Any]:
+    """The robot without physics, to be put into postures."""
+    settings = BODIES.validated(body)
+    if hasattr(settings, "motion"):
+        settings = settings.replaced(motion="kinematic")
+    robot = settings.build(Context(Description()))
+    try:
+        if not isinstance(robot, Posable):
+            raise BodyError(f"The body {settings.kind!r} cannot be put into postures at once: it has no place().")
+        yield robot
+    finally:
+        robot.close()

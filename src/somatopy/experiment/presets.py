@@ -5,19 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
-from somatopy.experiment.description import (
-    Babbling,
-    Description,
-    FixedControl,
-    Hebbian,
-    NearestControl,
-    NoDamage,
-    OffsetDamage,
-    Phase,
-    RandomControl,
-)
+from somatopy.clock import WINDOW
+from somatopy.experiment.description import Description, Phase
+from somatopy.learners.hebbian import Hebbian
+from somatopy.registry import BABBLERS, INTERVENTIONS, LEARNERS, MAPS, RULES
 
-__all__ = ["CONTROLS", "PRESETS", "paper"]
+__all__ = ["CONTROLS", "PRESETS", "paper", "paper_2016"]
 
 
 def paper() -> Description:
@@ -29,49 +22,72 @@ def paper() -> Description:
     """
     return Description(
         name="paper",
-        babbling=Babbling(range=((-1.2, 1.6), (-0.3141, 1.3264), (-1.3, 1.3), (-1.5446, -0.0350)), speed=0.8),
+        babbling=BABBLERS.validated(
+            {"range": ((-1.2, 1.6), (-0.3141, 1.3264), (-1.3, 1.3), (-1.5446, -0.0350)), "speed": 0.8}
+        ),
         phases=(
-            Phase(name="intact", frames=177_823, damage=NoDamage()),
-            Phase(name="damaged", frames=96_049, damage=OffsetDamage(), trend_breaks=(7,)),
+            Phase(name="intact", frames=177_823),
+            Phase(name="damaged", frames=96_049, interventions=(INTERVENTIONS.validated("offset"),), trend_breaks=(7,)),
+        ),
+    )
+
+
+def paper_2016() -> Description:
+    """The same with the maps and links of the library that the paper's first author published in 2016.
+
+    That library moves codes by raw distances in lattice cells (DSOM's preset `schillaci2016`), is given radians, takes
+    1 / (1 + 2 tanh d) for the activation, divides each row of links by its sum, and knows no centring.
+    """
+    table = {"kind": "dsom", "shape": (30, 30), "learning_rate": 0.2, "elasticity": 1.5, "preset": "schillaci2016"}
+    return paper().replaced(
+        name="paper-2016",
+        learner=Hebbian(
+            arm_map=MAPS.validated(table),
+            head_map=MAPS.validated(table),
+            rule=RULES.validated("normalised"),
+            activation_slope=2.0,
+            units="radian",
+            centring="none",
         ),
     )
 
 
 def random(described: Description) -> Description:
     """Uniform random head postures: what ignorance scores."""
-    return _instead(described, RandomControl())
+    return _instead(described, "random")
 
 
 def fixed(described: Description) -> Description:
     """The single head posture that sees the hand most often while babbling."""
-    return _instead(described, FixedControl())
+    return _instead(described, "fixed")
 
 
 def nearest(described: Description) -> Description:
     """The nearest remembered hit: experience without a map."""
-    return _instead(described, NearestControl())
+    return _instead(described, "nearest")
 
 
 def frozen(described: Description) -> Description:
     """Maps that never learn; links do."""
-    return described.replaced(phases=[_with(phase, plastic=("links",)) for phase in described.phases])
+    return described.replaced(phases=[phase.replaced(plastic=("links",)) for phase in described.phases])
 
 
 def sampled(described: Description) -> Description:
     """An arm map drawn from 30 minutes of other babbling, and frozen; links learn."""
     learner = described.learner if isinstance(described.learner, Hebbian) else Hebbian()
-    return frozen(described.replaced(learner=learner.model_copy(update={"arm_codes": "sampled"})))
+    return frozen(described.replaced(learner=learner.replaced(arm_codes="sampled")))
 
 
 def shuffled(described: Description) -> Description:
     """After the first phase the rows of the links change places, and nothing learns for three windows."""
-    after = Phase(name="shuffled", frames=3 * 4500, plastic=(), start="shuffled")
+    after = Phase.model_validate({"name": "shuffled", "frames": 3 * WINDOW, "plastic": (), "start": "shuffled"})
     return described.replaced(phases=[described.phases[0], after])
 
 
 def scratch(described: Description) -> Description:
     """A learner that begins anew with each phase after the first."""
-    return described.replaced(phases=[described.phases[0], *(_with(p, start="afresh") for p in described.phases[1:])])
+    later = [phase.replaced(start="afresh") for phase in described.phases[1:]]
+    return described.replaced(phases=[described.phases[0], *later])
 
 
 def stopped(described: Description) -> Description:
@@ -89,19 +105,15 @@ def maps_only(described: Description) -> Description:
     return _plastic_after(described, ("arm_map", "head_map"))
 
 
-def _instead(described: Description, learner: RandomControl | FixedControl | NearestControl) -> Description:
+def _instead(described: Description, kind: str) -> Description:
     """Another learner, to which what phases said of the old one's parts does not apply."""
-    return described.replaced(
-        learner=learner, phases=[_with(phase, plastic=None, start="continue") for phase in described.phases]
-    )
+    phases = [phase.replaced(plastic=None, start="continue") for phase in described.phases]
+    return described.replaced(learner=LEARNERS.validated(kind), phases=phases)
 
 
 def _plastic_after(described: Description, parts: tuple[str, ...]) -> Description:
-    return described.replaced(phases=[described.phases[0], *(_with(p, plastic=parts) for p in described.phases[1:])])
-
-
-def _with(phase: Phase, **changes: object) -> Phase:
-    return phase.model_copy(update=changes)
+    later = [phase.replaced(plastic=parts) for phase in described.phases[1:]]
+    return described.replaced(phases=[described.phases[0], *later])
 
 
 #: What each control makes of an experiment, by name.
@@ -120,11 +132,12 @@ CONTROLS: dict[str, Callable[[Description], Description]] = {
 
 
 def _preset(control: Callable[[Description], Description], name: str) -> Description:
-    return control(paper()).model_copy(update={"name": name})
+    return control(paper()).replaced(name=name)
 
 
-#: Presets by name: the paper's experiment, and each control of it.
+#: Presets by name: the paper's experiment, its variant, and each control of it.
 PRESETS: dict[str, Callable[[], Description]] = {
     "paper": paper,
+    "paper-2016": paper_2016,
     **{f"paper-{name}": partial(_preset, control, f"paper-{name}") for name, control in CONTROLS.items()},
 }

@@ -1,8 +1,12 @@
 """Eyes: the Eye contract, the detector of fiducial markers, and a geometric model of it."""
 
-from somatopy.eyes.base import Eye
+from somatopy.contract import Eye
 from somatopy.eyes.check import check_eye
 from somatopy.eyes.fiducial import FiducialEye
 from somatopy.eyes.geometric import GeometricEye
+from somatopy.registry import EYES
 
 __all__ = ["Eye", "FiducialEye", "GeometricEye", "check_eye"]
+
+EYES.add("fiducial", "somatopy.eyes.fiducial:Fiducial")
+EYES.add("geometric", "somatopy.eyes.geometric:Geometric")

@@ -5,10 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import replace
+from numbers import Integral, Real
+from typing import Any
 
-from somatopy.contract import check_members, facts, law, refused, same
-from somatopy.eyes.base import Eye
-from somatopy.percept import Image, Reading, Sighting
+import numpy as np
+
+from somatopy.contract import Eye, Recorded, check_members, facts, law, refused, same
+from somatopy.percept import Column, Image, Reading, Sighting
 
 __all__ = ["check_eye"]
 
@@ -16,7 +19,7 @@ Look = tuple[Reading, Sighting | None]
 
 
 def check_eye(make: Callable[[], Eye], readings: Iterable[Reading]) -> None:
-    """Check that an eye keeps its contract on some readings.
+    """Check that an eye keeps its contract on some readings, and that its own columns are recorded if it has any.
 
     Args:
         make: a fresh eye.
@@ -39,7 +42,8 @@ def check_eye(make: Callable[[], Eye], readings: Iterable[Reading]) -> None:
     """
     eye = make()
     check_members(eye, Eye)
-    looks = [_look(eye, reading) for reading in readings]
+    records = _has_columns(eye)
+    looks = [_look(eye, reading, records) for reading in readings]
     seen = sum(answer is not None for _, answer in looks)
     with law("the marker is seen in some readings and not in others", "give the check readings of both kinds") as holds:
         holds(0 < seen < len(looks), "the marker in {} of {}", seen, len(looks))
@@ -48,7 +52,35 @@ def check_eye(make: Callable[[], Eye], readings: Iterable[Reading]) -> None:
         holds(refused(lambda: eye.look(replace(looks[0][0], image=None, view=None))), "look() took one")
 
 
-def _look(eye: Eye, reading: Reading) -> Look:
+def _has_columns(eye: Any) -> bool:
+    """Whether the eye has columns of its own in the record of frames; then they must be sound."""
+    if not (hasattr(eye, "columns") or hasattr(eye, "probes")):
+        return False
+    check_members(eye, Recorded)
+    names = [column.name for column in eye.columns]
+    with law("each column has a name of its own", "rename one") as holds:
+        holds(len(set(names)) == len(names), "columns {}", ", ".join(names))
+    return True
+
+
+def _probed(eye: Any) -> None:
+    """Check the values of the eye's own columns after a look."""
+    columns, values = {column.name: column for column in eye.columns}, eye.probes()
+    with law("probes() gives a value for each of the columns and no other", "see Recorded") as holds:
+        holds(values.keys() == columns.keys(), "{} for the columns {}", ", ".join(values), ", ".join(columns))
+    with law("a probe is of the type that its column declares", "declare the other type, or convert it") as holds:
+        for name, value in values.items():
+            holds(_fits(columns[name], value), "{} is {!r}, declared as {}", name, value, columns[name].type)
+
+
+def _fits(column: Column, value: object) -> bool:
+    """Whether a value may stand in a column; a number that is missing is NaN."""
+    if column.type == "bool" or isinstance(value, bool | np.bool_):
+        return column.type == "bool" and isinstance(value, bool | np.bool_)
+    return isinstance(value, Integral if column.type == "int" else Real)
+
+
+def _look(eye: Eye, reading: Reading, records: bool) -> Look:
     """The answer, and the reading with its picture kept so that it can be looked at again."""
     drawn: list[Image] = []
     image = reading.image
@@ -66,6 +98,8 @@ def _look(eye: Eye, reading: Reading) -> Look:
         holds(not drawn or same(*drawn), "the picture changed")
     with law("an eye gives None on a miss, else a Sighting, finite, with an area over 0", "see Sighting") as holds:
         holds(answer is None or _is_sound(answer), "{}", answer)
+    if records:
+        _probed(eye)
     return kept, answer
 
 

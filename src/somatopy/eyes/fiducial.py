@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Annotated
+
 import cv2
 import numpy as np
+from typing_extensions import Doc
 
-from somatopy.eyes.frustum import may_be_seen, optics
-from somatopy.percept import Camera, Floats, Image, Marker, Reading, Sighting
+from somatopy.eyes.frustum import optics, part_with_tags
+from somatopy.percept import Camera, Floats, Image, Marker, Part, Picture, Reading, Sighting
+from somatopy.registry import BuildContext, Settings
 
-__all__ = ["FiducialEye"]
+__all__ = ["Fiducial", "FiducialEye"]
 
 
 class FiducialEye:
@@ -20,8 +26,8 @@ class FiducialEye:
     Args:
         camera: size and focal length of the pictures.
         marker: sizes, ids and dictionary of the tags; the dictionary is cut down to these ids.
-        skip: whether to spare pictures that can show no tag, where the body knows its true poses. The test is
-            conservative (see `frustum`): the answers are the same with it and without.
+        skip: whether to spare what of a picture can show no tag, all of it or what is around the cube, where the body
+            knows its true poses. `frustum.part_with_tags` is cautious: the answers are the same (see docs/eyes.md).
 
     Example:
         >>> dictionary = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50)
@@ -32,6 +38,9 @@ class FiducialEye:
         [2]
     """
 
+    #: A session then finds out at its start whether pictures can be drawn at all.
+    needs_pictures = True
+
     def __init__(self, camera: Camera, marker: Marker, skip: bool = True) -> None:
         if not hasattr(cv2.aruco, marker.dictionary):
             names = [name for name in dir(cv2.aruco) if name.startswith("DICT_")]
@@ -39,12 +48,14 @@ class FiducialEye:
         cv2.setNumThreads(1)
         whole = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, marker.dictionary))
         kept = cv2.aruco.Dictionary(whole.bytesList[list(marker.ids)], whole.markerSize, whole.maxCorrectionBits)
-        parameters = cv2.aruco.DetectorParameters()
-        parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_CONTOUR
-        self._detector = cv2.aruco.ArucoDetector(kept, parameters)
+        self._parameters = cv2.aruco.DetectorParameters()
+        self._parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_CONTOUR
+        self._detector = cv2.aruco.ArucoDetector(kept, self._parameters)
         self._ids = marker.ids
         self._skip, self._optics = skip, optics(camera, marker)
-        self._shape = (camera.height, camera.width, 3)
+        self._whole = 0, 0, camera.width, camera.height
+        side, rates = max(camera.width, camera.height), self._parameters
+        self._outlines = int(rates.minMarkerPerimeterRate * side), int(rates.maxMarkerPerimeterRate * side)
         u, v = camera.centre
         self._intrinsics = np.array([[camera.focal, 0, u], [0, camera.focal, v], [0, 0, 1]])
         half = 0.5 * marker.tag_size
@@ -57,27 +68,58 @@ class FiducialEye:
         Raises:
             ValueError: the reading has no picture, or one of another size than the camera's.
         """
-        view = reading.view
-        if self._skip and view is not None and not may_be_seen(view.camera, view.marker, *self._optics):
-            return None
+        view, part = reading.view, self._whole
+        if self._skip and view is not None:
+            part = part_with_tags(view.camera, view.marker, *self._optics)
+            if part[2] == 0:
+                return None
         if reading.image is None:
             raise ValueError("This body takes no pictures; the fiducial eye needs some. Use another eye.")
-        image = reading.image()
-        if image.shape != self._shape:
-            raise ValueError(f"The picture has shape {image.shape}, but the camera was said to take {self._shape}.")
-        tags = self.detect(image)
+        tags = self.detect(self._taken(reading.image, part), part)
         if not tags:
             return None
         tag, corners = max(tags.items(), key=lambda item: _area(item[1]))
         return Sighting(pixel=self._centre(corners), tag=tag, area=_area(corners))
 
-    def detect(self, image: Image) -> dict[int, Floats]:
-        """Corners, (4, 2) px, of each tag in an RGB picture, top left first and clockwise, by tag id."""
-        corners, indices, _ = self._detector.detectMarkers(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY))
+    def _taken(self, image: Callable[[], Image], part: Part) -> Image:
+        """That part of a picture; if the picture can be drawn in parts, only that is drawn."""
+        left, top, right, bottom = part
+        if part != self._whole and isinstance(image, Picture) and image.comes_in_parts:
+            return image.part(left, top, right, bottom)
+        whole, expected = image(), (self._whole[3], self._whole[2], 3)
+        if whole.shape != expected:
+            raise ValueError(f"The picture has shape {whole.shape}, but the camera was said to take {expected}.")
+        return whole[top:bottom, left:right]
+
+    def detect(self, image: Image, part: Part | None = None) -> dict[int, Floats]:
+        """Corners, (4, 2) px, of each tag in an RGB picture, top left first and clockwise, by tag id.
+
+        Args:
+            image: a whole picture, or a part of one.
+            part: which part it is; the corners are those in the whole. The detector fits lines to outlines in single
+                precision, so that digits depend on where they are. The part is therefore searched where it stands: its
+                first row and column are repeated to the picture's edges.
+        """
+        left, top, *_ = part or self._whole
+        grey = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
+        if left or top:
+            grey = cv2.copyMakeBorder(grey, top, 0, left, 0, cv2.BORDER_REPLICATE)
+        self._expect_outlines_in(max(grey.shape))
+        corners, indices, _ = self._detector.detectMarkers(grey)
         if indices is None:
             return {}
         found = sorted(zip(indices.ravel(), corners, strict=True), key=lambda tag: _area(tag[1][0]))
         return {self._ids[int(k)]: np.asarray(c[0], float) for k, c in found}
+
+    def _expect_outlines_in(self, side: int) -> None:
+        """Accept outlines of the same lengths, px, in a part with this longer side as in a whole picture.
+
+        OpenCV takes them as shares of the longer side and rounds down.
+        """
+        least, most = self._outlines
+        self._parameters.minMarkerPerimeterRate = (least + 0.5) / side
+        self._parameters.maxMarkerPerimeterRate = (most + 0.5) / side
+        self._detector.setDetectorParameters(self._parameters)
 
     def _centre(self, corners: Floats) -> tuple[float, float]:
         """Pixel of the cube's centre, which lies behind the tag.
@@ -94,5 +136,19 @@ class FiducialEye:
 
 def _area(corners: Floats) -> float:
     """Area of a quadrangle, px^2 (shoelace formula)."""
-    x, y = np.asarray(corners, float).T
-    return 0.5 * abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1)))
+    (x0, y0), (x1, y1), (x2, y2), (x3, y3) = corners.tolist()
+    twice: float = (x0 * y1 + x1 * y2 + x2 * y3 + x3 * y0) - (y0 * x1 + y1 * x2 + y2 * x3 + y3 * x0)
+    return 0.5 * abs(twice)
+
+
+@dataclass(frozen=True)
+class Fiducial(Settings):
+    """OpenCV's ArUco detector on the camera's picture."""
+
+    skip: Annotated[
+        bool, Doc("Whether to spare pictures, and parts of pictures, that can show no tag; the answers are the same.")
+    ] = True
+
+    def build(self, context: BuildContext) -> FiducialEye:
+        """The eye behind the camera of `context.body`."""
+        return FiducialEye(context.body.camera, context.body.marker, self.skip)

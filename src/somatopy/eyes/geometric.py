@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from somatopy._jit import jit
+from somatopy.contract import Twin
 from somatopy.eyes.frustum import optics
 from somatopy.eyes.rays import Vector, any_between
 from somatopy.percept import Camera, Floats, Ints, Marker, Reading, Shapes, Sighting, View
+from somatopy.registry import BuildContext, Settings
 
-__all__ = ["GeometricEye"]
+__all__ = ["Geometric", "GeometricEye"]
 
 # What OpenCV's detector needs of a tag, calibrated against the rendered eye (docs/eyes.md).
 #: Apparent height of a tag seen askew (its area by its longest side), px.
@@ -285,3 +288,22 @@ class GeometricEye:
             seen,
         )
         return seen
+
+
+@dataclass(frozen=True)
+class Geometric(Settings):
+    """A geometric model of the eye, without pictures: fast, and labelled as a model."""
+
+    def build(self, context: BuildContext) -> GeometricEye:
+        """The eye behind the camera of `context.body`.
+
+        Raises:
+            ValueError: the body has no model of itself, from which true poses come.
+        """
+        body = context.body
+        if not isinstance(body, Twin):
+            raise ValueError(
+                f"The body {type(body).__name__} has no model of itself, which the geometric eye needs; "
+                "use --eye fiducial or an eye of your own."
+            )
+        return GeometricEye(body.camera, body.marker, body.occluders)

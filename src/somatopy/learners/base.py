@@ -1,62 +1,27 @@
-"""The Learner contract: percepts in, head postures out; it knows no robot."""
+"""What learners share: parts that learn or not, and joint angles in units of their range."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import Any, Protocol, runtime_checkable
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from somatopy.percept import Floats, Percept
+from somatopy.percept import Column, Floats
 
-__all__ = ["Learner", "Plastic", "Scale"]
-
-
-@runtime_checkable
-class Learner(Protocol):
-    """Learns online where to look.
-
-    Attributes:
-        plastic: the named parts that may learn now; settable at any time.
-    """
-
-    plastic: frozenset[str]
-
-    def observe(self, percept: Percept) -> None:
-        """Learn from this frame."""
-        ...
-
-    def gaze(self, percept: Percept) -> Floats:
-        """The head posture to command in this frame, shape (n_head,), rad; may draw random numbers."""
-        ...
-
-    def predict(self, arm: ArrayLike) -> Floats:
-        """Where it would look for this arm posture, shape (n_head,), rad. Pure: draws nothing, changes nothing."""
-        ...
-
-    def probes(self) -> dict[str, float]:
-        """Figures of the last observed frame for the recorder, the same keys in every frame."""
-        ...
-
-    def maps(self) -> dict[str, Any]:
-        """Arrays worth keeping at window ends, to show what was learned; {} if there are none."""
-        ...
-
-    def state(self) -> dict[str, Any]:
-        """All that a bit-exact continuation needs, random numbers included."""
-        ...
-
-    def restore(self, state: dict[str, Any]) -> None:
-        """Continue from `state`."""
-        ...
+__all__ = ["Plastic", "Scale"]
 
 
 class Plastic:
-    """Parts that learn, or not: gives a learner its `plastic`, which refuses what is no part of it."""
+    """Parts that learn, or not; derive from it, and it gives a learner all that a simple one leaves away.
+
+    It has no columns and no maps of its own, and its `plastic` refuses what is none of its `parts`.
+    """
 
     #: The parts of this kind of learner that can learn.
-    PARTS: frozenset[str] = frozenset()
+    parts: frozenset[str] = frozenset()
+    columns: Sequence[Column] = ()
     _plastic: frozenset[str] | None = None
 
     @property
@@ -64,17 +29,25 @@ class Plastic:
         """The parts that learn now, all of them at first.
 
         Raises:
-            ValueError: on setting, if a name is none of `PARTS`.
+            ValueError: on setting, if a name is none of `parts`.
         """
-        return self.PARTS if self._plastic is None else self._plastic
+        return self.parts if self._plastic is None else self._plastic
 
     @plastic.setter
     def plastic(self, parts: Iterable[str]) -> None:
         wanted = frozenset(parts)
-        if unknown := sorted(wanted - self.PARTS):
-            known = ", ".join(sorted(self.PARTS)) or "none"
+        if unknown := sorted(wanted - self.parts):
+            known = ", ".join(sorted(self.parts)) or "none"
             raise ValueError(f"This learner has no part {unknown[0]!r} that learns; its parts: {known}.")
         self._plastic = wanted
+
+    def probes(self) -> Mapping[str, float]:
+        """None."""
+        return {}
+
+    def maps(self) -> dict[str, Any]:
+        """None."""
+        return {}
 
 
 class Scale:
@@ -105,8 +78,10 @@ class Scale:
 
     def to_unit(self, angles: ArrayLike) -> Floats:
         """Shape (n,), rad, to [0, 1] units."""
-        return np.asarray((np.asarray(angles, float) - self.low) / self.span)
+        units: Floats = (np.asarray(angles, float) - self.low) / self.span
+        return units
 
     def to_angle(self, units: ArrayLike) -> Floats:
         """[0, 1] units, shape (n,), to rad."""
-        return np.asarray(self.low + np.asarray(units, float) * self.span)
+        angles: Floats = self.low + np.asarray(units, float) * self.span
+        return angles

@@ -9,19 +9,19 @@ from numbers import Integral, Real
 
 import numpy as np
 
-from somatopy.contract import check_members, check_seed, check_state, facts, law, refused, same, size
-from somatopy.learners.base import Learner
-from somatopy.percept import Floats, Percept, Sighting
+from somatopy.clock import FRAME
+from somatopy.contract import Learner, check_members, check_seed, check_state, facts, law, refused, same, size
+from somatopy.percept import Camera, Floats, Percept, Robot, Sighting, Space
 
 __all__ = ["check_learner"]
 
-Make = Callable[[Floats, Floats, tuple[int, int], np.random.Generator], Learner]
+Make = Callable[[Robot, np.random.Generator], Learner]
 
 #: Limits that are neither symmetric nor alike, some without 0; the first n of them are a robot's.
 _ARM = np.array([[-2.0, 2.0], [-0.3, 1.3], [0.2, 1.9], [-1.5, -0.1], [-1.0, 1.0], [0.0, 3.0], [-0.5, 0.5]])
 _HEAD = np.array([[-2.0, 2.0], [-0.6, 0.5], [0.1, 0.9]])
 _JOINTS = ((4, 2), (2, 1), (7, 3))
-_IMAGE = (320, 240)
+_CAMERA = Camera("eye", 320, 240, fovy=0.83)
 _VECTORS = ("arm", "head", "arm_command", "head_command")
 
 
@@ -29,8 +29,8 @@ def check_learner(make: Make, *, body_clips: bool = False, growth: int | None = 
     """Check that a learner keeps its contract, on robots with several numbers of joints.
 
     Args:
-        make: a fresh learner from the limits of arm and head joints, (n, 2) rad, the image's width and height (px) and
-            a generator for all its random numbers. A class with these four arguments will do.
+        make: a fresh learner from a robot and a generator for all its random numbers. A class with these two
+            arguments will do.
         body_clips: whether it may ask for head postures outside the limits, as all bodies clip them.
         growth: bytes that its state may grow by between the frames 40 and 240; None for any number.
 
@@ -42,8 +42,8 @@ def check_learner(make: Make, *, body_clips: bool = False, growth: int | None = 
         >>> check_learner(HebbianLearner, growth=200 * 16)  # a link takes 16 bytes, and each frame may bring a new one
     """
     for n_arm, n_head in _JOINTS:
-        robot = _Robot(make, _ARM[:n_arm], _HEAD[:n_head])
-        with law(f"it can be made for {n_arm} arm and {n_head} head joints", "take all sizes from the limits"):
+        robot = _Trial(make, _ARM[:n_arm], _HEAD[:n_head])
+        with law(f"it can be made for {n_arm} arm and {n_head} head joints", "take all sizes from the robot's senses"):
             learner = robot.learner()
         check_members(learner, Learner)
         _gazes_at_head_postures(robot, body_clips)
@@ -58,7 +58,7 @@ def check_learner(make: Make, *, body_clips: bool = False, growth: int | None = 
 
 
 @dataclass(frozen=True)
-class _Robot:
+class _Trial:
     """Makes learners for one number of joints, and percepts for them."""
 
     make: Make
@@ -66,7 +66,11 @@ class _Robot:
     head: Floats
 
     def learner(self, seed: int = 1) -> Learner:
-        return self.make(self.arm.copy(), self.head.copy(), _IMAGE, np.random.default_rng(seed))
+        arm, head = (
+            Space([f"{part}{k}" for k in range(len(limits))], *limits.T)
+            for part, limits in (("arm", self.arm), ("head", self.head))
+        )
+        return self.make(Robot({"arm": arm, "head": head}, ("head",), _CAMERA), np.random.default_rng(seed))
 
     def percepts(self, frames: int = 80, hits: float = 0.5, beyond: float = 0.0) -> list[Percept]:
         """Random postures up to `beyond` times the range outside limits, the hand seen in that share of them."""
@@ -78,7 +82,7 @@ class _Robot:
                 limits[:, 0] + unit * (limits[:, 1] - limits[:, 0])
                 for limits, unit in zip(2 * (self.arm, self.head), units, strict=True)
             )
-            found.append(Percept(k / 15, arm, head, arm_command, head_command, seen, 1 / 15))
+            found.append(Percept(k * FRAME, arm, head, arm_command, head_command, seen, FRAME))
         return found
 
     def live(self, learner: Learner, percepts: list[Percept]) -> list[Floats]:
@@ -103,7 +107,7 @@ class _Robot:
         return gazes, self.predictions(learner), learner.probes(), learner.maps()
 
 
-def _gazes_at_head_postures(robot: _Robot, body_clips: bool) -> None:
+def _gazes_at_head_postures(robot: _Trial, body_clips: bool) -> None:
     for seen, hits in {"never": 0.0, "now and then": 0.5, "always": 1.0}.items():
         answers = _answers(robot, hits, 0.0, f"with the hand {seen} seen")
         _answers(robot, hits, 1.0, f"with the hand {seen} seen and postures outside the limits")
@@ -116,7 +120,7 @@ def _gazes_at_head_postures(robot: _Robot, body_clips: bool) -> None:
                 holds(body_clips or inside.all(), "{} with the limits {}", answer, robot.head.tolist())
 
 
-def _answers(robot: _Robot, hits: float, beyond: float, when: str) -> list[Floats]:
+def _answers(robot: _Trial, hits: float, beyond: float, when: str) -> list[Floats]:
     """All gazes and predictions of a learner's life, from before its first frame."""
     with law(
         f"gaze and predict give finite head postures ({len(robot.head)},) {when}",
@@ -131,7 +135,7 @@ def _answers(robot: _Robot, hits: float, beyond: float, when: str) -> list[Float
     return answers
 
 
-def _predicts_purely(robot: _Robot) -> None:
+def _predicts_purely(robot: _Trial) -> None:
     asked, silent, percepts, gazes = robot.learner(), robot.learner(), robot.percepts(), []
     with law("predict is pure: it draws nothing and changes nothing", "choose among equals by a fixed rule") as holds:
         for percept in percepts:
@@ -144,7 +148,7 @@ def _predicts_purely(robot: _Robot) -> None:
         holds(same(robot.live(silent, percepts), gazes), "gazes are others than those of a twin that never predicted")
 
 
-def _owns_what_it_keeps(robot: _Robot) -> None:
+def _owns_what_it_keeps(robot: _Trial) -> None:
     tampered, left, percepts = robot.learner(), robot.learner(), robot.percepts()
     with law("observe and gaze leave the percept alone", "work on copies of its arrays") as holds:
         for percept in percepts:
@@ -161,13 +165,16 @@ def _owns_what_it_keeps(robot: _Robot) -> None:
             holds(same(show(tampered), show(left)), "overwriting percepts or answers changed what came later")
 
 
-def _shows_itself_evenly(robot: _Robot) -> None:
+def _shows_itself_evenly(robot: _Trial) -> None:
     learner = robot.learner()
     with law(
-        "probes have the same names and the same types, whole or float, in every frame and before the first",
-        "set them all in __init__, with -1 or NaN where there is nothing yet",
+        "probes have the names and types of columns, int or float, in every frame and before the first",
+        "declare columns = (Column(name, type, meaning), ...); set all in __init__, with -1 or NaN if there is nothing",
     ) as holds:
-        expected = {name: _kind(value) for name, value in learner.probes().items()}
+        expected = {column.name: column.type for column in learner.columns}
+        holds(len(expected) == len(learner.columns), "one name for two columns: {}", [c.name for c in learner.columns])
+        found = {name: _kind(value) for name, value in learner.probes().items()}
+        holds(found == expected, "{} for the columns {}", found, expected)
         for percept in robot.percepts():
             robot.live(learner, [percept])
             found = {name: _kind(value) for name, value in learner.probes().items()}
@@ -183,14 +190,16 @@ def _shows_itself_evenly(robot: _Robot) -> None:
 def _kind(value: object) -> str:
     if not isinstance(value, Real):
         raise TypeError(f"the probe {value!r} is no number")
-    return "whole" if isinstance(value, Integral) else "float"
+    return "bool" if isinstance(value, bool | np.bool_) else "int" if isinstance(value, Integral) else "float"
 
 
-def _learns_where_plastic(robot: _Robot) -> None:
+def _learns_where_plastic(robot: _Trial) -> None:
     learner = robot.learner()
-    parts = learner.plastic
-    with law("plastic is a frozenset of names, and each may learn alone", "read it anew in each frame") as holds:
+    parts = learner.parts
+    with law("parts is a frozenset of names, and all of them are plastic at first", "see Plastic") as holds:
         holds(isinstance(parts, frozenset) and all(isinstance(part, str) for part in parts), "{!r}", parts)
+        holds(learner.plastic == parts, "{} are plastic, of {}", learner.plastic, parts)
+    with law("each part may learn alone", "read plastic anew in each frame"):
         for part in sorted(parts):
             learner.plastic = frozenset({part})
             robot.live(learner, robot.percepts(20))
@@ -204,7 +213,7 @@ def _learns_where_plastic(robot: _Robot) -> None:
         holds(refusal or not parts, "plastic took 'no such part' beside {}", sorted(parts))
 
 
-def _stays_small(robot: _Robot, growth: int) -> None:
+def _stays_small(robot: _Trial, growth: int) -> None:
     learner, percepts = robot.learner(), robot.percepts(240, hits=1.0)
     with law(
         f"memory is bounded: the state grows by at most {growth} bytes from frame 40 to 240",

@@ -2,41 +2,39 @@
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import dataclass
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
+from typing_extensions import Doc
 
 from somatopy.learners.base import Plastic
-from somatopy.percept import Floats, Percept
+from somatopy.percept import Floats, Percept, Robot
+from somatopy.registry import BuildContext, Finite, Settings
 
-__all__ = ["FixedGaze", "RandomGaze"]
+__all__ = ["Fixed", "FixedGaze", "RandomGaze"]
 
 
 class _Unlearning(Plastic):
-    """A learner that learns nothing and has nothing to record."""
+    """A learner that learns nothing."""
 
     def observe(self, percept: Percept) -> None:
         """Learns nothing."""
 
-    def probes(self) -> dict[str, float]:
-        """None."""
-        return {}
-
-    def maps(self) -> dict[str, Any]:
-        """None."""
-        return {}
-
 
 class RandomGaze(_Unlearning):
-    """Looks at uniform random head postures, each held until reached or for one second.
+    """Control: uniform random head postures, each held until reached or for one second.
 
     Args:
-        head_limits: low and high of each head joint, shape (n_head, 2), rad.
+        robot: its head is moved.
         rng: the control's random numbers.
 
     Example:
-        >>> control = RandomGaze([[-2, 2], [-0.6, 0.5]], np.random.default_rng(3))
+        >>> from somatopy.percept import Camera, Space
+        >>> arm, head = Space(("shoulder", "elbow"), [-2, 0], [2, 1]), Space(("yaw", "pitch"), [-2, -0.6], [2, 0.5])
+        >>> robot = Robot({"arm": arm, "head": head}, ("head",), Camera("eye", 320, 240, fovy=0.83))
+        >>> control = RandomGaze(robot, np.random.default_rng(3))
         >>> zero = np.zeros(2)
         >>> control.gaze(Percept(0.0, zero, zero, zero, zero)).round(2)
         array([-1.66, -0.34])
@@ -45,8 +43,8 @@ class RandomGaze(_Unlearning):
     HOLD = 1.0
     REACHED = 0.02
 
-    def __init__(self, head_limits: ArrayLike, rng: np.random.Generator) -> None:
-        self._limits = np.array(head_limits, float)
+    def __init__(self, robot: Robot, rng: np.random.Generator) -> None:
+        self._limits = robot.head.limits
         self._rng = rng
         self._target: Floats = self._limits.mean(axis=1)
         self._since = -np.inf
@@ -76,7 +74,7 @@ class RandomGaze(_Unlearning):
 
 
 class FixedGaze(_Unlearning):
-    """Looks at one head posture for ever.
+    """Control: one head posture for ever.
 
     Args:
         head: that posture, shape (n_head,), rad.
@@ -103,3 +101,31 @@ class FixedGaze(_Unlearning):
 
     def restore(self, state: dict[str, Any]) -> None:
         """Nothing to restore."""
+
+
+@dataclass(frozen=True)
+class Fixed(Settings):
+    """Control: one head posture for ever."""
+
+    head: Annotated[
+        tuple[Finite, ...] | None,
+        Doc("That posture, rad; if none, the one that sees the hand most often while babbling."),
+    ] = None
+
+    def build(self, context: BuildContext) -> FixedGaze:
+        """The control.
+
+        Raises:
+            ValueError: the posture does not fit the head, or the body cannot tell the best one.
+        """
+        if self.head is None:
+            return FixedGaze(context.best_fixed_head())
+        space = context.robot.head
+        if len(self.head) != len(space):
+            raise ValueError(
+                f"head has {len(self.head)} angles; there are {len(space)} joints: {', '.join(space.names)}"
+            )
+        for name, angle, (low, high) in zip(space.names, self.head, space.limits, strict=True):
+            if not low <= angle <= high:
+                raise ValueError(f"head: {name} = {angle:g} lies outside its limits [{low:.4f}, {high:.4f}] rad")
+        return FixedGaze(self.head)

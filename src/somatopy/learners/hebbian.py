@@ -3,19 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from math import hypot
-from typing import Any
+from dataclasses import dataclass, field
+from math import hypot, isfinite
+from typing import Annotated, Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
 from sklearn.base import clone
+from typing_extensions import Doc
 
 from somatopy.learners.base import Plastic, Scale
 from somatopy.links import HebbianLinks, PositiveHebb, Rule, activation
-from somatopy.maps import DSOM
-from somatopy.percept import Floats, Percept, Sighting
+from somatopy.maps import DSOM, Lattice, Map
+from somatopy.percept import Column, Floats, Percept, Robot, Sighting, Space
+from somatopy.registry import MAPS, RULES, BuildContext, Positive, Settings
 
-__all__ = ["HebbianLearner", "centring"]
+__all__ = ["Hebbian", "HebbianLearner", "centring"]
+
+Units = Literal["unit", "radian"]
+Centring = Literal["linear", "none"]
+Ties = Literal["redrawn", "held", "first"]
+
+MOST_UNITS = 10_000_000
 
 
 def centring(sighting: Sighting | None, image_size: tuple[int, int]) -> float:
@@ -46,47 +55,73 @@ class HebbianLearner(Plastic):
     The efference copy is not used.
 
     Args:
-        arm_limits: low and high of each arm joint, shape (n_arm, 2), rad.
-        head_limits: the same for the head, shape (n_head, 2).
-        image_size: width and height of the camera's picture, px.
+        robot: names and limits of arm and head joints, and the size of the camera's picture.
         rng: the learner's random numbers: start codes, and the choice among equal links.
-        arm_map: parameters of the map of arm postures, for [0, 1] units; a 30x30 DSOM by default. It is cloned and
-            starts with codes drawn from `rng`.
+        arm_map: parameters of the map of arm postures, which may be any on a lattice; a 30x30 DSOM by default. It is
+            cloned. Its start codes are drawn from `rng`, uniform in each joint's range, unless its `init` gives them.
         head_map: the same for the map of head postures.
         rule: how a link changes; the paper's positive rule by default.
+        activation_slope: of equation 4, A(d) = 1 / (1 + slope tanh d): 1 in the paper, 2 in the first author's library
+            of 2016.
+        units: what the maps are given: "unit", each joint's range as [0, 1], or "radian".
+        centring: f_c on a hit: "linear" as in equation 3, or "none", 1 wherever the hand is in the picture.
+        ties: which of equal links counts: one drawn at random, "redrawn" in each frame or "held" as long as the arm's
+            winner is the same, or always the "first".
+        plastic: the parts that learn; all of them by default.
+
+    Raises:
+        ValueError: a map is not on a lattice, or its parameters are not valid; an unknown choice; a slope that is not
+            a finite number over 0.
 
     Example:
-        >>> arm_limits, head_limits = [[-2, 2], [-0.3, 1.3]], [[-2, 2], [-0.6, 0.5]]
-        >>> learner = HebbianLearner(arm_limits, head_limits, (320, 240), np.random.default_rng(0))
-        >>> arm, head = np.array([0.5, 0.5]), np.array([0.3, 0.1])
-        >>> percept = Percept(0.0, arm, head, arm, head, Sighting(pixel=(159.5, 119.5), tag=0, area=900.0))
-        >>> learner.observe(percept)
-        >>> bool(np.abs(learner.predict(arm) - head).max() < 0.1)
+        >>> from somatopy.percept import Camera
+        >>> arm = Space(("shoulder", "elbow"), [-2, -0.3], [2, 1.3])
+        >>> head = Space(("yaw", "pitch"), [-2, -0.6], [2, 0.5])
+        >>> robot = Robot({"arm": arm, "head": head}, ("head",), Camera("eye", 320, 240, fovy=0.83))
+        >>> learner = HebbianLearner(robot, np.random.default_rng(0))
+        >>> x, y = np.array([0.5, 0.5]), np.array([0.3, 0.1])
+        >>> learner.observe(Percept(0.0, x, y, x, y, Sighting(pixel=(159.5, 119.5), tag=0, area=900.0)))
+        >>> bool(np.abs(learner.predict(x) - y).max() < 0.1)
         True
     """
 
-    PARTS = frozenset({"arm_map", "head_map", "links"})
+    parts = frozenset({"arm_map", "head_map", "links"})
 
     def __init__(
         self,
-        arm_limits: ArrayLike,
-        head_limits: ArrayLike,
-        image_size: tuple[int, int],
+        robot: Robot,
         rng: np.random.Generator,
         *,
-        arm_map: DSOM | None = None,
-        head_map: DSOM | None = None,
+        arm_map: Map | None = None,
+        head_map: Map | None = None,
         rule: Rule | None = None,
-        plastic: Iterable[str] = PARTS,
+        activation_slope: float = 1.0,
+        units: Units = "unit",
+        centring: Centring = "linear",
+        ties: Ties = "redrawn",
+        plastic: Iterable[str] | None = None,
     ) -> None:
-        self._arm_scale, self._head_scale = Scale(arm_limits), Scale(head_limits)
-        self._image_size = image_size
+        _check_choices(units=(units, Units), centring=(centring, Centring), ties=(ties, Ties))
+        if not (activation_slope > 0 and isfinite(activation_slope)):
+            raise ValueError(f"activation_slope must be a finite number over 0; got {activation_slope!r}")
+        self._arm_scale, self._head_scale = (_scale(space, units) for space in (robot.arm, robot.head))
+        self._arm_space, self._head_space = robot.arm, robot.head
+        self._image_size = robot.camera.width, robot.camera.height
+        self._slope, self._centred, self._ties = activation_slope, centring == "linear", ties
         arm_rng, head_rng, self._rng = rng.spawn(3)
-        self.arm_map = _fresh(arm_map, arm_rng, len(self._arm_scale.low))
-        self.head_map = _fresh(head_map, head_rng, len(self._head_scale.low))
+        self.arm_map = _fresh("arm_map", arm_map, arm_rng, robot.arm, self._arm_scale)
+        self.head_map = _fresh("head_map", head_map, head_rng, robot.head, self._head_scale)
         self.links = HebbianLinks(len(self.arm_map.codebook_), len(self.head_map.codebook_), rule or PositiveHebb())
-        self.plastic = plastic
-        self._probes = {"arm_winner": -1, "head_winner": -1, "arm_distance": np.nan, "head_distance": np.nan}
+        self.plastic = self.parts if plastic is None else frozenset(plastic)
+        self.columns = _columns("1" if units == "unit" else "rad")
+        self._observed: Percept | None = None
+        self._probes: dict[str, Any] = {
+            "arm_winner": -1,
+            "head_winner": -1,
+            "arm_distance": np.nan,
+            "head_distance": np.nan,
+        }
+        self._chance, self._chosen_for = 0.0, -1
 
     def observe(self, percept: Percept) -> None:
         """Maps learn, winners are found, the link between them learns (steps 5 to 7 of the frame).
@@ -95,17 +130,15 @@ class HebbianLearner(Plastic):
             ValueError: a posture of the wrong length or not finite; nothing has been learned then.
         """
         x, y = self._arm_scale.to_unit(percept.arm), self._head_scale.to_unit(percept.head)
-        if not np.isfinite(y).all():
+        if not all(map(isfinite, y.tolist())):
             raise ValueError(f"The head posture {percept.head} is not finite; nothing has been learned.")
-        if "arm_map" in self.plastic:
-            self.arm_map.learn_one(x)
-        if "head_map" in self.plastic:
-            self.head_map.learn_one(y)
-        i, arm_distance = self.arm_map.winner(x)
-        j, head_distance = self.head_map.winner(y)
-        if "links" in self.plastic:
-            strength = activation(arm_distance) * activation(head_distance)
-            self.links.update(i, j, strength, centring(percept.sighting, self._image_size))
+        plastic = self.plastic
+        i, arm_distance = _found(self.arm_map, x, "arm_map" in plastic)
+        j, head_distance = _found(self.head_map, y, "head_map" in plastic)
+        if "links" in plastic:
+            strength = activation(arm_distance, self._slope) * activation(head_distance, self._slope)
+            self.links.update(i, j, strength, self._target(percept.sighting))
+        self._observed = percept
         self._probes = {
             "arm_winner": i,
             "head_winner": j,
@@ -113,38 +146,48 @@ class HebbianLearner(Plastic):
             "head_distance": head_distance,
         }
 
+    def _target(self, sighting: Sighting | None) -> float:
+        """f_c of equation 3."""
+        return centring(sighting, self._image_size) if self._centred else float(sighting is not None)
+
     def gaze(self, percept: Percept) -> Floats:
         """The weights of the head node most strongly linked to the arm's winner (step 8)."""
-        return self._look(percept.arm, self._rng.random())
+        if percept is self._observed:
+            i = self._probes["arm_winner"]
+        else:
+            i, _ = self.arm_map.winner(self._arm_scale.to_unit(percept.arm))
+        if self._ties == "redrawn" or (self._ties == "held" and i != self._chosen_for):
+            self._chance, self._chosen_for = self._rng.random(), i
+        return self._posture(i, self._chance)
 
     def predict(self, arm: ArrayLike) -> Floats:
         """The same without learning or chance: the first of equal links."""
-        return self._look(arm, 0.0)
-
-    def _look(self, arm: ArrayLike, u: float) -> Floats:
         i, _ = self.arm_map.winner(self._arm_scale.to_unit(arm))
+        return self._posture(i, 0.0)
+
+    def _posture(self, i: int, u: float) -> Floats:
         return self._head_scale.to_angle(self.head_map.code(self.links.strongest(i, u)))
 
     def probes(self) -> dict[str, float]:
-        """Winners, and their distances to the inputs after the update, [0, 1] units (the paper's distortion)."""
-        return dict(self._probes)
+        """Winners, and their distances to the inputs after the update (the paper's distortion)."""
+        return self._probes
 
     def maps(self) -> dict[str, Any]:
         """Codebooks in [0, 1] units, lattice shapes, joint limits (rad), and the links that are not 0."""
         pre, post, weight = self.links.used()
         return {
-            "arm_codebook": self.arm_map.codebook_,
-            "head_codebook": self.head_map.codebook_,
-            "arm_shape": np.array(self.arm_map.shape),
-            "head_shape": np.array(self.head_map.shape),
-            "arm_limits": self._arm_scale.limits,
-            "head_limits": self._head_scale.limits,
+            "arm_codebook": _in_range(self.arm_map.codebook_, self._arm_scale, self._arm_space),
+            "head_codebook": _in_range(self.head_map.codebook_, self._head_scale, self._head_space),
+            "arm_shape": np.array(self.arm_map.topology_.shape),
+            "head_shape": np.array(self.head_map.topology_.shape),
+            "arm_limits": self._arm_space.limits,
+            "head_limits": self._head_space.limits,
             "link_pre": pre,
             "link_post": post,
             "link_weight": weight,
         }
 
-    def shuffle_links(self, rng: np.random.Generator) -> None:
+    def shuffle(self, rng: np.random.Generator) -> None:
         """Give each arm node the links of another, drawn at random: what is still hit then is hit by chance."""
         state = self.links.state()
         moved = np.argsort(rng.permutation(self.links.n_pre))[state["link_pre"]]
@@ -153,13 +196,15 @@ class HebbianLearner(Plastic):
         self.links.restore(state | {"link_pre": moved[order].astype(np.int32), **rows})
 
     def state(self) -> dict[str, Any]:
-        """Both maps, links and generator."""
+        """Both maps, links, generator, and the choice among equal links."""
         return {
             "arm_map": self.arm_map.state(),
             "head_map": self.head_map.state(),
             "links": self.links.state(),
             "rng": self._rng.bit_generator.state,
             "probes": dict(self._probes),
+            "chance": self._chance,
+            "chosen_for": self._chosen_for,
         }
 
     def restore(self, state: dict[str, Any]) -> None:
@@ -168,11 +213,115 @@ class HebbianLearner(Plastic):
         self.head_map.restore(state["head_map"])
         self.links.restore(state["links"])
         self._rng.bit_generator.state = state["rng"]
-        self._probes = dict(state["probes"])
+        self._probes, self._observed = dict(state["probes"]), None
+        self._chance, self._chosen_for = float(state["chance"]), int(state["chosen_for"])
 
 
-def _fresh(parameters: DSOM | None, rng: np.random.Generator, dims: int) -> DSOM:
-    """A map of the same parameters with start codes of its own."""
-    own: DSOM = clone(parameters) if parameters is not None else DSOM()
-    own.set_params(random_state=rng)
-    return own.initialise(dims)
+def _check_choices(**choices: tuple[str, Any]) -> None:
+    """Refuse a value that is none of its type's, which is a Literal."""
+    for name, (value, valid) in choices.items():
+        if value not in get_args(valid):
+            raise ValueError(f"{name} must be one of {', '.join(get_args(valid))}; got {value!r}")
+
+
+def _found(chart: Map, x: Floats, plastic: bool) -> tuple[int, float]:
+    """The winner for an input and its distance, after the map has learned it, if it may."""
+    return chart.learn_and_find(x) if plastic else chart.winner(x)
+
+
+def _scale(space: Space, units: Units) -> Scale:
+    """From angles to what the maps are given."""
+    return Scale(space.limits if units == "unit" else [[0.0, 1.0]] * len(space))
+
+
+def _in_range(codebook: Floats, scale: Scale, space: Space) -> Floats:
+    """Codes in [0, 1] units of the joints' range, whatever the maps are given."""
+    own = Scale(space.limits)
+    known = np.array_equal(own.low, scale.low) and np.array_equal(own.span, scale.span)
+    return codebook if known else own.to_unit(scale.to_angle(codebook))
+
+
+def _columns(unit: str) -> tuple[Column, ...]:
+    said = "[0, 1] units" if unit == "1" else unit
+    return (
+        Column("arm_winner", "int", "winner in the arm map after the update"),
+        Column("head_winner", "int", "winner in the head map after the update"),
+        Column("arm_distance", "float", f"distance from arm input to winner after the update, {said}", unit),
+        Column("head_distance", "float", f"distance from head input to winner after the update, {said}", unit),
+    )
+
+
+def _lattice(name: str, chart: Map) -> Lattice:
+    """The lattice of a map's parameters, if it has one."""
+    lattice = getattr(chart, "topology_", None)
+    if not isinstance(lattice, Lattice):
+        kind = type(chart).__name__
+        raise ValueError(f"{name} must be a map on a lattice, such as dsom or som; {kind} is none")
+    if lattice.units > MOST_UNITS:
+        raise ValueError(f"{name} has at most {MOST_UNITS:.0e} units, not {lattice.units:.1e}. Make it smaller")
+    return lattice
+
+
+def _fresh(name: str, parameters: Map | None, rng: np.random.Generator, space: Space, scale: Scale) -> Any:
+    """A map of the same parameters with start codes of its own, uniform in the joints' range."""
+    own: Any = clone(parameters) if parameters is not None else DSOM()
+    try:
+        _lattice(name, own)
+        own.set_params(random_state=rng, bounds=scale.to_unit(space.limits.T).T)
+        return own.initialise(len(space))
+    except ValueError as error:
+        said = str(error)
+        raise ValueError(said if said.startswith(name) else f"{name}: {said}") from error
+
+
+def _paper_map() -> Settings:
+    """The map that the paper's learner has for arm and head: 30x30 units, learning rate and elasticity .1."""
+    return MAPS.settings("dsom")(shape=(30, 30), learning_rate=0.1, elasticity=0.1)  # type: ignore[call-arg]
+
+
+def _paper_rule() -> Settings:
+    return RULES.settings("positive")()
+
+
+@dataclass(frozen=True)
+class Hebbian(Settings):
+    """The paper's learner: arm map, head map, positive Hebbian links."""
+
+    arm_map: Annotated[Settings, MAPS] = field(default_factory=_paper_map)
+    head_map: Annotated[Settings, MAPS] = field(default_factory=_paper_map)
+    rule: Annotated[Settings, RULES] = field(default_factory=_paper_rule)
+    link_rate: Annotated[Positive, Doc("eta of equation 3, the rule's learning rate.")] = 0.01
+    activation_slope: Annotated[
+        Positive, Doc("Slope of equation 4: 1 in the paper, 2 in the first author's library of 2016.")
+    ] = 1.0
+    units: Annotated[Units, Doc("What maps are given: joint ranges as [0, 1], or radians.")] = "unit"
+    centring: Annotated[Centring, Doc("f_c on a hit: linear as in equation 3, or none, which is 1.")] = "linear"
+    ties: Annotated[
+        Ties, Doc("Which of equal links counts: one drawn in each frame, drawn and held, or the first.")
+    ] = "redrawn"
+    arm_codes: Annotated[
+        Literal["uniform", "sampled"],
+        Doc("Start codes of the arm map: uniform in the joint ranges, or from 30 minutes of babbling."),
+    ] = "uniform"
+
+    def build(self, context: BuildContext) -> HebbianLearner:
+        """The learner.
+
+        Raises:
+            ValueError: a map's parameters are not valid, or it is not on a lattice.
+        """
+        arm_map = self.arm_map.build(context)
+        if self.arm_codes == "sampled":
+            codes = context.babbled(_lattice("arm_map", arm_map).units)
+            arm_map.set_params(init=_scale(context.robot.arm, self.units).to_unit(codes))
+        return HebbianLearner(
+            context.robot,
+            context.rng,
+            arm_map=arm_map,
+            head_map=self.head_map.build(context),
+            rule=self.rule.build(context.told(learning_rate=self.link_rate)),
+            activation_slope=self.activation_slope,
+            units=self.units,
+            centring=self.centring,
+            ties=self.ties,
+        )

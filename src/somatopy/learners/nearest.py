@@ -9,38 +9,39 @@ from numpy.typing import ArrayLike
 from scipy.spatial import KDTree
 
 from somatopy.learners.base import Plastic, Scale
-from somatopy.percept import Floats, Percept
+from somatopy.percept import Floats, Percept, Robot
 
 __all__ = ["NearestGaze"]
 
 
 class NearestGaze(Plastic):
-    """Looks where it looked when the hand was last seen from the most similar arm posture.
+    """Control: the head posture of the nearest arm posture at which the hand was seen, all hits remembered.
 
-    Every hit is remembered, with no map and no generalisation: what a table of experience alone is worth. A k-d tree
-    is built anew whenever memory has grown by a quarter; what came since is searched one by one. Before the first hit:
-    random.
+    There is no map and no generalisation: this is what a table of experience alone is worth. A k-d tree is built anew
+    whenever memory has grown by a quarter; what came since is searched one by one. Before the first hit it looks at
+    random postures.
 
     Args:
-        arm_limits: low and high of each arm joint, shape (n_arm, 2), rad; distances are in [0, 1] units.
-        head_limits: the same for the head, shape (n_head, 2).
+        robot: its arm's limits scale distances to [0, 1] units; its head is moved.
         rng: random numbers for the time before the first hit.
 
     Example:
-        >>> from somatopy.percept import Sighting
-        >>> control = NearestGaze([[-2, 2]], [[-2, 2], [-0.6, 0.5]], np.random.default_rng(0))
+        >>> from somatopy.percept import Camera, Sighting, Space
+        >>> shoulder, head = Space(("shoulder",), [-2], [2]), Space(("yaw", "pitch"), [-2, -0.6], [2, 0.5])
+        >>> robot = Robot({"arm": shoulder, "head": head}, ("head",), Camera("eye", 320, 240, fovy=0.83))
+        >>> control = NearestGaze(robot, np.random.default_rng(0))
         >>> arm, head = np.array([0.5]), np.array([0.3, 0.1])
         >>> control.observe(Percept(0.0, arm, head, arm, head, Sighting((159.5, 119.5), tag=0, area=900.0)))
         >>> control.predict([0.4])
         array([0.3, 0.1])
     """
 
-    PARTS = frozenset({"memory"})
+    parts = frozenset({"memory"})
     _LOOSE = 256
 
-    def __init__(self, arm_limits: ArrayLike, head_limits: ArrayLike, rng: np.random.Generator) -> None:
-        self._scale = Scale(arm_limits)
-        self._head_limits = np.array(head_limits, float)
+    def __init__(self, robot: Robot, rng: np.random.Generator) -> None:
+        self._scale = Scale(robot.arm.limits)
+        self._head_limits = robot.head.limits
         self._rng = rng
         self._restart(np.empty((0, len(self._scale.low))), np.empty((0, len(self._head_limits))))
 
@@ -84,14 +85,6 @@ class NearestGaze(Plastic):
             if distances.min() < least:
                 best = self._planted + int(distances.argmin())
         return np.array(self._heads[best])
-
-    def probes(self) -> dict[str, float]:
-        """None."""
-        return {}
-
-    def maps(self) -> dict[str, Any]:
-        """None."""
-        return {}
 
     def state(self) -> dict[str, Any]:
         """All hits, and the generator."""

@@ -3,5 +3,9 @@
 from somatopy.links.check import check_rule
 from somatopy.links.hebbian import HebbianLinks
 from somatopy.links.rules import NormalisedHebb, PositiveHebb, Rule, activation
+from somatopy.registry import RULES
+
+RULES.add("positive", "somatopy.links.rules:PositiveHebb")
+RULES.add("normalised", "somatopy.links.rules:NormalisedHebb")
 
 __all__ = ["HebbianLinks", "NormalisedHebb", "PositiveHebb", "Rule", "activation", "check_rule"]

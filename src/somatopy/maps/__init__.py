@@ -11,6 +11,14 @@ from somatopy.maps.lattice import Lattice
 from somatopy.maps.neural_gas import NeuralGas
 from somatopy.maps.som import SOM
 from somatopy.maps.storage import load_map
+from somatopy.registry import MAPS
+
+MAPS.add("dsom", "somatopy.maps.dsom:DSOM")
+MAPS.add("som", "somatopy.maps.som:SOM")
+MAPS.add("neural-gas", "somatopy.maps.neural_gas:NeuralGas")
+MAPS.add("growing-neural-gas", "somatopy.maps.growing_neural_gas:GrowingNeuralGas")
+MAPS.add("evolving-som", "somatopy.maps.evolving_som:EvolvingSOM")
+MAPS.add("grow-when-required", "somatopy.maps.grow_when_required:GrowWhenRequired")
 
 __all__ = [
     "DSOM",

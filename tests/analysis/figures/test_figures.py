@@ -43,6 +43,14 @@ def test_figures_name_their_run_and_repeat_to_the_byte(rich_run: Any, tmp_path: 
 
 
 @pytest.mark.parametrize("name", FIGURES)
+def test_a_phase_of_no_frames_is_not_drawn(rich_run: Any, idle_run: Any, tmp_path: Path, name: str) -> None:
+    """Figures of the same frames have the same bytes, whatever stands in phases that never ran."""
+    figures = [FIGURES[name](run) for run in (rich_run, idle_run)]
+    files = [save(figure, tmp_path / str(k), name) for k, figure in enumerate(figures) if figure]
+    assert files[0][1].read_bytes() == files[1][1].read_bytes()
+
+
+@pytest.mark.parametrize("name", FIGURES)
 def test_runs_with_next_to_nothing_are_drawn_or_left_out(make_run: Any, tmp_path: Path, name: str) -> None:
     """Killed at once, seconds long, without maps or postures: a figure or None, never an error."""
     for folder, phases in (("empty", ([], [])), ("short", (np.ones(30), [])), ("window", (np.ones(4500), np.ones(9)))):
@@ -58,6 +66,24 @@ def test_everything_is_saved_that_there_is(rich_copy: Any) -> None:
     assert set(files) == {*FIGURES, "filmstrip"}
     names = {path.name for path in (rich_copy.path / "figures").iterdir()}
     assert names == {f"{name}.{kind}" for name in files for kind in ("png", "svg")}
+
+
+def test_a_figure_that_is_broken_off_leaves_the_old_one(rich_run: Any, tmp_path: Path, monkeypatch: Any) -> None:
+    """Whole or not at all: an error in mid-file keeps the bytes that were there, and nothing else is left."""
+    figure = FIGURES["figure4"](rich_run)
+    assert figure is not None
+    old = save(figure, tmp_path, "figure4")[0].read_bytes()
+
+    def half(target: Any, **_: Any) -> None:
+        with target if hasattr(target, "write") else Path(target).open("wb") as file:
+            file.write(b"half")
+            raise RuntimeError("out of ink")
+
+    monkeypatch.setattr(figure, "savefig", half)
+    with pytest.raises(RuntimeError, match="out of ink"):
+        save(figure, tmp_path, "figure4")
+    assert (tmp_path / "figure4.png").read_bytes() == old
+    assert {path.name for path in tmp_path.iterdir()} == {"figure4.png", "figure4.svg"}
 
 
 def test_distortion_curves_are_the_series(rich_run: Any) -> None:
@@ -85,6 +111,33 @@ def test_efficiency_stands_between_controls_and_ceiling(rich_run: Any) -> None:
     for name in ("this run (geometric eye)", "frozen (geometric eye)", "random (geometric eye)"):
         np.testing.assert_allclose(relative[name] * limit / 100, share[name])
     assert share["this run (geometric eye)"].shape == (5 + 1 + 4 + 1,)
+
+
+def test_without_a_ceiling_the_figure_says_why(twinless_run: Any) -> None:
+    """Shares of frames stand alone, with the reason; a motion that the body does not have is not named."""
+    figure = FIGURES["efficiency"](twinless_run)
+    assert figure is not None
+    (axes,) = figure.axes
+    assert set(curves(axes)) >= {"this run (geometric eye)", "frozen (geometric eye)"} and "ceiling" not in curves(axes)
+    text = words(figure)
+    assert "There is no ceiling, because the body has no model of itself." in text
+    assert "hebbian learner, geometric eye, seed 7" in text and "possible" not in text
+
+
+@pytest.mark.parametrize(("unit", "label"), [("rad", "(rad)"), ("1", "(1 = a joint’s whole range)")])
+def test_distortion_is_labelled_in_its_unit(make_run: Any, unit: str, label: str) -> None:
+    """The axis names it; the paper's band is drawn only where it means the same."""
+    columns = {f"{side}_distance": (np.full(5000, 0.02), {"unit": unit}) for side in ("arm", "head")}
+    run = make_run(np.ones(5000), distances=columns)
+    for name in ("figure4", "figure5"):
+        figure = FIGURES[name](run)
+        assert figure is not None and figure.axes[0].get_ylabel().endswith(label)
+        assert ("the paper's run" in words(figure)) == (unit == "1" and name == "figure5")
+
+
+def test_maps_that_are_not_the_papers_are_left_out(other_maps: Any) -> None:
+    """No Figure 2, and no error."""
+    assert FIGURES["figure2"](other_maps) is None
 
 
 def test_maps_show_every_unit_and_the_strongest_links(rich_run: Any) -> None:
@@ -117,6 +170,13 @@ def test_filmstrip_takes_times_from_the_clock(rich_run: Any, make_run: Any) -> N
     assert [row[0] for row in rows] == [2250, 22_500 - 2250, 22_500 + 2250, 40_500 - 2250]
     assert all(np.diff(row).tolist() == [10, 10] for row in rows)
     assert filmstrip_frames(make_run(np.ones(100), []), columns=9, every=10) == [[50, 60, 70, 80, 90]]
+
+
+def test_a_phase_of_no_frames_is_not_filmed(rich_run: Any, idle_run: Any) -> None:
+    """The same frames are chosen, and their rows are named the same."""
+    assert filmstrip_frames(idle_run) == filmstrip_frames(rich_run)
+    shots = [Shot(frame, np.zeros((24, 32, 3), np.uint8)) for frame in (90, 22_499, 22_500, 40_000)]
+    assert words(filmstrip(idle_run, shots)) == words(filmstrip(rich_run, shots))
 
 
 def test_filmstrip_shows_what_was_seen(rich_run: Any) -> None:

@@ -5,9 +5,11 @@ from __future__ import annotations
 import html
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from somatopy.analysis.claims import judge
@@ -54,7 +56,8 @@ def test_numbers_stand_beside_the_papers(page: str, rich_folder: Path) -> None:
 def test_it_says_what_was_run_and_what_to_cite(page: str) -> None:
     """Description, versions, seed, cost; texts of the description are shown, not interpreted."""
     words = text_of(page)
-    for part in ("learner.kind hebbian", "phases.1.damage.kind offset", "somatopy 1.2.3", "seed 7", "took 12 s"):
+    damage = "phases.1.interventions.0.kind offset"
+    for part in ("learner.kind hebbian", damage, "somatopy 1.2.3", "seed 7", "took 12 s"):
         assert part in words
     assert "A <paper> & co." in words and "<paper>" not in SCRIPT.sub("", page)
 
@@ -115,6 +118,72 @@ def test_it_is_written_into_the_run_folder(rich_copy: Any, tmp_path: Path) -> No
     assert write_report([rich_copy.path], tmp_path / "mine.html").is_file()
 
 
+def test_a_phase_of_no_frames_is_not_told(page: str, rich_folder: Path, idle_run: Any) -> None:
+    """Headline, verdicts, table, standings and plots are those of the same frames without it; the description has it.
+
+    So it is where two runs are compared.
+    """
+    rich, idle = Source.of(rich_folder), Source.of(idle_run.path)
+    idle_page = render_report([idle])
+    (told, _, _), (words, _, described) = (text_of(found).rpartition("What was run") for found in (page, idle_page))
+    assert told and words == told and plots_of(idle_page) == plots_of(page)
+    assert "phases.2.interventions.0.kind my:Tremor" in described and "Tremor" not in words
+    both = render_report([replace(rich, name="a"), replace(idle, name="b")])
+    assert text_of(both).count("25.0 + 20.0") == 2 and "0.0 +" not in text_of(both)
+
+
+def test_without_a_ceiling_the_page_says_why(twinless_run: Any, rich_folder: Path) -> None:
+    """One sentence, alone and where runs are compared; nothing is said of what was possible."""
+    sentence = "There is no ceiling, because the body has no model of itself."
+    source = Source.of(twinless_run.path)
+    words = text_of(render_report([source]))
+    assert words.count(sentence) == 1 and "hebbian learner · geometric eye · seed 7" in words
+    assert "Of what any gaze could have seen" not in words and "Beside what was possible" not in words
+    both = text_of(render_report([Source.of(rich_folder), source]))
+    assert both.count(f"copy: {sentence}") == 1 == both.count(sentence)
+
+
+def test_a_ceiling_without_a_reactive_bound_is_told_alone(rich_copy: Any) -> None:
+    """Neither curve nor caption mentions what is unknown."""
+    (rich_copy.path / "ceiling.json").write_text(json.dumps(rich_copy.ceiling | {"reactive": None}))
+    page = render_report([Source.of(rich_copy.path)])
+    assert "ceiling" in text_of(page) and "reactive bound" not in text_of(page)
+    assert "reactive bound" not in [trace["name"] for trace in plots_of(page)["efficiency"]["data"]]
+
+
+def test_maps_that_are_not_the_papers_are_left_out_with_a_word(other_maps: Any) -> None:
+    """The page is whole but for the explorer, and says why."""
+    page = render_report([Source.of(other_maps.path)])
+    assert 'id="maps-data"' not in page and "Maps and links, window by window" not in page
+    assert "This learner keeps arrays of its own in maps/." in text_of(page)
+
+
+@pytest.mark.parametrize("unit", ["rad", "1"])
+def test_distances_are_told_in_their_unit(make_run: Any, unit: str) -> None:
+    """Axis, caption, verdict and table of a run in radians name them; those in [0, 1] units are the paper's."""
+    columns = {f"{side}_distance": (np.full(9500, 0.015), {"unit": unit}) for side in ("arm", "head")}
+    page = render_report([Source.of(make_run(np.ones(9500), distances=columns).path)])
+    plots, words = plots_of(page), text_of(page)
+    rad = unit == "rad"
+    title = plots["head"]["layout"]["yaxis"]["title"]["text"]
+    assert title == "distortion of the head map" + " (rad)" * rad
+    assert ("the paper, after 10 min" in json.dumps(plots["head"])) != rad
+    assert ("1 is a joint's whole range" in words) != rad
+    assert ("0.0150 to 0.0150 rad; the paper's are in [0, 1] units" in words) == rad
+    assert ("0.0150, 0.0150, 0.0150 rad (cannot tell: the paper's is in [0, 1] units)" in words) == rad
+
+
+def test_runs_in_different_units_are_told_apart(make_run: Any) -> None:
+    """Their curves carry the unit in their names."""
+    runs = [
+        make_run(np.ones(4500), distances={"arm_distance": (np.ones(4500), {"unit": unit})}, folder=folder)
+        for unit, folder in (("rad", "a"), ("1", "b"))
+    ]
+    plot = plots_of(render_report([Source.of(run.path) for run in runs]))["arm"]
+    assert [trace["name"] for trace in plot["data"]] == ["a, rad", "b, [0, 1]"]
+    assert plot["layout"]["yaxis"]["title"]["text"] == "distortion of the arm map (in the unit named)"
+
+
 def test_runs_side_by_side(rich_folder: Path, rich_copy: Any) -> None:
     """A row a run, the settings that differ, a verdict for each, and all in the same plots."""
     text = (rich_copy.path / "experiment.toml").read_text().replace("seed = 7", "seed = 8")
@@ -143,7 +212,7 @@ def test_little_gives_a_page_as_well(make_run: Any, frames: tuple[int, ...]) -> 
     """Runs killed at once, seconds long, of one phase, without maps, postures, ceiling: what is missing is said."""
     run = make_run(*([True] * n for n in frames), learner="random")
     words = text_of(write_report([run.path]).read_text(encoding="utf-8"))
-    assert "cannot tell" in words and "No ceiling was computed" in words and "No controls ran" in words
+    assert "cannot tell" in words and "There is no ceiling, because" in words and "No controls ran" in words
     assert ("No frame of this run was recorded." in words) == (sum(frames) == 0)
 
 

@@ -6,9 +6,10 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from somatopy.analysis.runs import Run
-from somatopy.analysis.series import borders, distortion, phase_starts
+from somatopy.analysis.series import borders, distance_units, distortion, in_shares, phase_starts
 from somatopy.analysis.style import HITS, PAPER, TREND, mark, source, style
 from somatopy.analysis.summary import summarise
+from somatopy.clock import DISTORTION_WIDTH
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -36,19 +37,20 @@ def _figure(run: Run, side: str, color: str) -> Figure | None:
     at, means = distortion(run, side, every=60)
     if not len(at):
         return None
-    summary = summarise(run)
+    summary, unit = summarise(run), distance_units(run)[side]
     with style():
         figure = Figure(figsize=(8.0, 3.6), layout="constrained")
         axes = figure.add_subplot()
         axes.plot(at, means, color=color, lw=1.6, zorder=3)
         _scale(axes, summary, float(means.max()))
-        if side == "head":
+        if side == "head" and in_shares(unit):
             _draw_paper_band(axes, summary)
         for border, name in borders(summary["phases"]):
             mark(axes, border, name)
         axes.set_title(f"Distortion of the {side} map: {source(summary)}")
         axes.set_xlabel("robot time, in 5-minute windows")
-        axes.set_ylabel(f"mean distance from {side} posture\nto winner, last 1,800 inputs\n(1 = a joint's whole range)")
+        measured = f"mean distance from {side} posture\nto winner, last {DISTORTION_WIDTH:,} inputs"
+        axes.set_ylabel(f"{measured}\n({'1 = a joint’s whole range' if in_shares(unit) else unit})")
     return figure
 
 

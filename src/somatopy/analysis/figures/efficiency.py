@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from somatopy.analysis.bounds import ceiling_shares, reactive_efficiency
+from somatopy.analysis.bounds import ceiling_shares, reactive_efficiency, why_no_ceiling
+from somatopy.analysis.phases import played
 from somatopy.analysis.runs import Run
 from somatopy.analysis.series import borders, phase_starts, window_starts
 from somatopy.analysis.standings import OWN, Standing, standings
 from somatopy.analysis.style import CEILING, CONTROLS, HITS, UNSEEN, mark, source, style
 from somatopy.analysis.summary import summarise
-from somatopy.analysis.windows import WINDOW
+from somatopy.clock import WINDOW
 from somatopy.percept import Floats
 
 if TYPE_CHECKING:
@@ -59,9 +60,11 @@ def line(values: Sequence[Sequence[float | None]], phases: Sequence[Mapping[str,
     """Values per full window of each phase as one line over the run, in percent, broken between phases."""
     at: list[float] = []
     shown: list[float] = []
-    for starts, found in zip(window_starts(phases), values, strict=False):
-        at += [*starts[: len(found)], np.nan]
-        shown += [*(np.nan if value is None else 100 * value for value in found[: len(starts)]), np.nan]
+    starts = window_starts(phases)
+    for index in played(phases[: len(values)]):
+        windows = list(zip(starts[index], values[index], strict=False))
+        at += [*(start for start, _ in windows), np.nan]
+        shown += [*(np.nan if value is None else 100 * value for _, value in windows), np.nan]
     return np.array(at), np.array(shown)
 
 
@@ -122,10 +125,9 @@ def _finish(figure: Figure, panels: Sequence[Axes], run: Run, summary: Mapping[s
     for at, name in borders(summary["phases"]):
         for axes in panels:
             mark(axes, at, name if axes is top else "")
-    top.set_title(f"Beside what was possible: {source(summary)}")
+    top.set_title(f"{'Beside what was possible' if run.ceiling else 'Hand seen'}: {source(summary)}")
     top.set_ylabel("frames with the hand in view (%)")
     panels[-1].set_xlabel("5-minute windows of robot time, each drawn where it starts")
-    if not run.ceiling:
-        top.text(0.01, 0.96, "no ceiling was computed for this run", transform=top.transAxes, va="top", color="#5f5f5f")
+    top.text(0.01, 0.96, why_no_ceiling(run, summary), transform=top.transAxes, va="top", color="#5f5f5f")
     handles, names = top.get_legend_handles_labels()
     figure.legend(handles, names, loc="outside lower center", ncols=3)

@@ -14,7 +14,7 @@ from somatopy.analysis.runs import Run
 from somatopy.analysis.series import phase_starts
 from somatopy.analysis.style import BORDER, HITS, source, style
 from somatopy.analysis.summary import summarise
-from somatopy.analysis.windows import FRAMES_PER_MINUTE, WINDOW
+from somatopy.clock import FRAMES_PER_MINUTE, WINDOW
 from somatopy.percept import Floats
 
 if TYPE_CHECKING:

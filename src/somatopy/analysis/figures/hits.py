@@ -7,12 +7,12 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from somatopy.analysis.runs import Run
-from somatopy.analysis.series import border_name, phase_starts
+from somatopy.analysis.series import borders, phase_starts
 from somatopy.analysis.style import HITS, PAPER, TREND, mark, source, style
 from somatopy.analysis.summary import summarise
-from somatopy.analysis.table import PAPER_TRENDS
+from somatopy.analysis.table import paper_lines
 from somatopy.analysis.trends import MIN_WINDOWS, Trend, segments
-from somatopy.analysis.windows import FRAMES_PER_MINUTE, WINDOW
+from somatopy.clock import FRAMES_PER_MINUTE, WINDOW
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -65,12 +65,11 @@ def _draw_phase(axes: Axes, phase: Mapping[str, Any], start: float) -> None:
 def _draw_paper(axes: Axes, phases: Sequence[Mapping[str, Any]], starts: Sequence[float]) -> None:
     """Draw the paper's three lines where the run has the segments they belong to."""
     style = {"lw": 1.4, "dashes": (5, 2.5), "label": LEGEND[2]}
-    lines = (PAPER_TRENDS[:1], PAPER_TRENDS[1:])
-    for phase, phase_lines, start in zip(phases, lines, starts, strict=False):
-        for cut, line in zip(_segments(phase), phase_lines, strict=False):
+    for index, lines in paper_lines(phases):
+        for cut, line in zip(_segments(phases[index]), lines, strict=False):
             length = min(line.last - line.first, len(cut) - 1)
             if length > 0:
-                _draw_line(axes, line, start + cut.start, length, PAPER, **style)
+                _draw_line(axes, line, starts[index] + cut.start, length, PAPER, **style)
 
 
 def _draw_line(axes: Axes, trend: Trend, start: float, length: float, color: str, **style: Any) -> None:
@@ -86,9 +85,9 @@ def _segments(phase: Mapping[str, Any]) -> list[range]:
 
 
 def _mark_borders(axes: Axes, phases: Sequence[Mapping[str, Any]], starts: Sequence[float]) -> None:
+    for at, name in borders(phases):
+        mark(axes, at, name)
     for index, phase in enumerate(phases):
-        if index and phase["frames"]:
-            mark(axes, starts[index], border_name(phases[index - 1]["damage"], phase["damage"]))
         for cut in _segments(phase)[1:]:
             mark(axes, starts[index] + cut.start, "next trend")
 

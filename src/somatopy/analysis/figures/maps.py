@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from somatopy.analysis.phases import played
 from somatopy.analysis.runs import Run
-from somatopy.analysis.snapshots import Snapshot, load_snapshot
+from somatopy.analysis.snapshots import Snapshot, paper_snapshot
 from somatopy.analysis.style import CEILING, MAP, source, style
 from somatopy.analysis.summary import summarise
-from somatopy.analysis.windows import WINDOW
+from somatopy.clock import FRAMES_PER_MINUTE
 from somatopy.percept import Floats
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["figure2", "joint_pairs", "joints_of", "yaw_of_units"]
+__all__ = ["figure2", "joint_pairs", "yaw_of_units"]
 
 LINKS = 150
 FEWER_LINKS = 60
@@ -35,15 +38,15 @@ def figure2(run: Run) -> Figure | None:
         run: an open run folder.
 
     Returns:
-        None where the run has no snapshots.
+        None where the run has no snapshots, or those of a learner whose maps are not the paper's.
     """
     from matplotlib.figure import Figure
 
     path = _end_of_first_phase(run)
-    if path is None:
+    maps = paper_snapshot(run, path) if path else None
+    if maps is None:
         return None
-    maps = load_snapshot(path)
-    arm, head = joints_of(run, "arm"), joints_of(run, "head")
+    arm, head = run.joints("arm"), run.joints("head")
     with style():
         figure = Figure(figsize=(11.0, 8.6), layout="constrained")
         rows: Any = figure.subfigures(2, 1, height_ratios=[1, 1], hspace=0.04)
@@ -51,17 +54,10 @@ def figure2(run: Run) -> Figure | None:
         _joint_space(rows[1], maps, arm, head)
         bar = figure.colorbar(scale, ax=rows[0].axes, shrink=0.8, pad=0.02, format="{x:.0f}°")
         bar.set_label(f"{head[0]} of the head unit; on the arm map,\nof the unit its strongest link leads to")
-        minutes = maps.frame / WINDOW * 5
+        minutes = maps.frame / FRAMES_PER_MINUTE
         text = f"Maps and their {_shown(maps)} strongest links after {minutes:.0f} min: {source(summarise(run))}"
         figure.suptitle(text, x=0.01, ha="left", fontsize=11.0)
     return figure
-
-
-def joints_of(run: Run, side: str) -> list[str]:
-    """Names of the arm's or head's joints, from the recorded columns."""
-    prefix = f"{side}_"
-    names = [n for n in run.columns if n.startswith(prefix) and n.endswith("_rad") and "_command_" not in n]
-    return [name.removeprefix(prefix).removesuffix("_rad") for name in names]
 
 
 def joint_pairs(joints: int) -> list[tuple[int, int]]:
@@ -82,20 +78,20 @@ def yaw_of_units(maps: Snapshot) -> Floats:
     return found
 
 
-def _end_of_first_phase(run: Run) -> Any:
+def _end_of_first_phase(run: Run) -> Path | None:
     """The last snapshot before the first border, or else the first there is."""
-    paths = run.snapshots
+    paths, phases = run.snapshots, summarise(run)["phases"]
     if not paths:
         return None
-    windows = len(summarise(run)["phases"][0]["hits_per_window"])
-    return paths[min(max(windows - 1, 0), len(paths) - 1)]
+    windows = [len(phases[index]["hits_per_window"]) for index in played(phases)]
+    return paths[min(max(windows[0] - 1, 0), len(paths) - 1) if windows else 0]
 
 
 def _shown(maps: Snapshot) -> int:
     return min(LINKS, len(maps.gaze_links()[0]))
 
 
-def _lattice_space(figure: Any, maps: Snapshot, head: list[str]) -> Any:
+def _lattice_space(figure: Any, maps: Snapshot, head: Sequence[str]) -> Any:
     """Both lattices as two tilted sheets, the arm's on the left, and links from one to the other."""
     axes = figure.subplots()
     axes.set_axis_off()
@@ -124,7 +120,7 @@ def _sheet(shape: tuple[int, int], shift: float) -> Floats:
     return np.column_stack([shift + x + 0.25 * y, y])
 
 
-def _joint_space(figure: Any, maps: Snapshot, arm: list[str], head: list[str]) -> None:
+def _joint_space(figure: Any, maps: Snapshot, arm: Sequence[str], head: Sequence[str]) -> None:
     """The units where their codes lie: head in the middle, the arm's joints by pairs to its sides."""
     pairs = joint_pairs(len(arm))
     panels = figure.subplots(1, 1 + len(pairs), squeeze=False)[0]

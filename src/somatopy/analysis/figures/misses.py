@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from somatopy.analysis.phases import phase_names
 from somatopy.analysis.regions import FEW, Regions, arm_regions
 from somatopy.analysis.runs import Run
 from somatopy.analysis.style import HITS, MISSES, TREND, UNSEEN, source, style
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["misses_figure", "phase_names"]
+__all__ = ["misses_figure"]
 
 
 def misses_figure(run: Run) -> Figure | None:
@@ -47,17 +48,11 @@ def misses_figure(run: Run) -> Figure | None:
                 drawn = _draw_pair(axes, found[first if row > column else last], column, row)
             else:
                 axes.set_axis_off()
-            _label(axes, row, column, joints)
+            _label(axes, row, column, found[first])
         bar = figure.colorbar(drawn, ax=panels, shrink=0.5, aspect=30, pad=0.02, format="{x:.0f} %")
         bar.set_label("frames in which the hand was not seen")
         _title(figure, panels, summary, names, first, last)
     return figure
-
-
-def phase_names(summary: Mapping[str, Any]) -> list[str]:
-    """Short names of the phases: intact, damaged (offset)."""
-    damages = [phase["damage"] for phase in summary["phases"]]
-    return ["intact" if damage == "none" else f"damaged ({damage})" for damage in damages]
 
 
 def _clean(axes: Axes) -> None:
@@ -71,16 +66,14 @@ def _draw_pair(axes: Axes, regions: Regions, x: int, y: int) -> Any:
     share = regions.share(a, b)
     cells = 100 * (share.T if x == a else share)
     axes.set_facecolor(UNSEEN)
-    edges = np.degrees(regions.edges)
-    return axes.pcolormesh(
-        edges[x], edges[y], np.ma.masked_invalid(cells), cmap=MISSES, vmin=0, vmax=100, rasterized=True
-    )
+    look: Any = {"cmap": MISSES, "vmin": 0, "vmax": 100, "rasterized": True}
+    return axes.pcolormesh(regions.borders(x), regions.borders(y), np.ma.masked_invalid(cells), **look)
 
 
 def _draw_joint(axes: Axes, phases: Mapping[str, Regions], joint: int) -> None:
     looks: tuple[Any, Any] = ({"color": TREND, "lw": 1.8}, {"color": HITS, "lw": 1.4, "dashes": (4, 1.5)})
     for (name, regions), look in zip(phases.items(), looks, strict=False):
-        edges = np.degrees(regions.edges[joint])
+        edges = regions.borders(joint)
         axes.plot((edges[1:] + edges[:-1]) / 2, 100 * regions.along(joint), label=name, **look)
     axes.set_ylim(0, 100)
     axes.yaxis.tick_right()
@@ -90,11 +83,11 @@ def _draw_joint(axes: Axes, phases: Mapping[str, Regions], joint: int) -> None:
         axes.legend(loc="lower center", fontsize=7.5, handlelength=1.8)
 
 
-def _label(axes: Axes, row: int, column: int, joints: tuple[str, ...]) -> None:
-    if row == len(joints) - 1:
-        axes.set_xlabel(f"{joints[column]} (°)", fontsize=9.0)
+def _label(axes: Axes, row: int, column: int, regions: Regions) -> None:
+    if row == len(regions.joints) - 1:
+        axes.set_xlabel(regions.axis(column), fontsize=9.0)
     if column == (1 if row == 0 else 0):
-        axes.set_ylabel(f"{joints[row]} (°)", fontsize=9.0)
+        axes.set_ylabel(regions.axis(row), fontsize=9.0)
     elif row == column:
         axes.set_ylabel("missed (%)", fontsize=9.0)
         axes.yaxis.set_label_position("right")

@@ -8,17 +8,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from somatopy.analysis.bounds import ceiling_shares, reactive_efficiency
+from somatopy.analysis.columns import readable
 from somatopy.analysis.figures.distortion import PAPER_HEAD_BAND
 from somatopy.analysis.figures.efficiency import line
-from somatopy.analysis.figures.misses import phase_names
+from somatopy.analysis.phases import phase_title
 from somatopy.analysis.regions import Regions, arm_regions
 from somatopy.analysis.runs import Run
-from somatopy.analysis.series import borders, distortion, gaze_error, phase_starts
+from somatopy.analysis.series import borders, distance_units, distortion, gaze_error, in_shares, phase_starts
 from somatopy.analysis.standings import OWN, Standing
 from somatopy.analysis.style import BORDER, CEILING, CONTROLS, HITS, PAPER, RUNS, TREND, UNSEEN
-from somatopy.analysis.table import PAPER_TRENDS
+from somatopy.analysis.table import paper_lines
 from somatopy.analysis.trends import Trend
-from somatopy.analysis.windows import WINDOW
+from somatopy.clock import WINDOW
 from somatopy.percept import Floats
 
 if TYPE_CHECKING:
@@ -78,11 +79,15 @@ def distortion_chart(runs: Sequence[Drawn], side: str) -> Figure | None:
     found = {name: distortion(run, side) for name, run, _ in runs}
     if not any(len(at) for at, _ in found.values()):
         return None
-    figure = _figure(f"distortion of the {side} map", runs, height=300)
+    units = {name: "" if in_shares(unit := distance_units(run)[side]) else unit for name, run, _ in runs}
+    alike = len(set(units.values())) == 1
+    unit = units[runs[0][0]] if alike else "in the unit named"
+    figure = _figure(f"distortion of the {side} map{unit and f' ({unit})'}", runs, height=300)
     for index, (name, (at, means)) in enumerate(found.items()):
         color, dash = (HITS if side == "arm" else TREND, "solid") if len(runs) == 1 else _look(index)
-        _add(figure, at, means, f"{side} map" if len(runs) == 1 else name, color, dash=dash, decimals=4)
-    if side == "head":
+        label = f"{side} map" if len(runs) == 1 else name if alike else f"{name}, {units[name] or '[0, 1]'}"
+        _add(figure, at, means, label, color, dash=dash, decimals=4)
+    if side == "head" and not unit:
         low, high = PAPER_HEAD_BAND
         note = {"annotation_text": "the paper, after 10 min", "annotation_position": "top right"}
         figure.add_hrect(low, high, fillcolor="#f0f0f0", line_width=0, layer="below", **note)
@@ -115,18 +120,17 @@ def misses_chart(run: Run, summary: Summary) -> Figure | None:
     found = arm_regions(run)
     if not found:
         return None
-    names, pairs = phase_names(summary), list(next(iter(found.values())).frames)
-    titles = [f"phase {p + 1}: {names[p]}" for p in found]
+    pairs, titles = list(next(iter(found.values())).frames), [phase_title(summary, p) for p in found]
     figure = make_subplots(1, len(found), subplot_titles=titles, shared_yaxes=True, horizontal_spacing=0.05)
     for number, pair in enumerate(pairs):
         for column, regions in enumerate(found.values(), 1):
             figure.add_trace(_heatmap(regions, *pair, visible=number == 0), 1, column)
     _style(figure, 430)
-    joints = next(iter(found.values())).joints
-    figure.update_layout(coloraxis=_coloraxis("missed (%)"), updatemenus=[_pair_menu(joints, pairs, len(found))])
+    any_phase = next(iter(found.values()))
+    figure.update_layout(coloraxis=_coloraxis("missed (%)"), updatemenus=[_pair_menu(any_phase, pairs, len(found))])
     a, b = pairs[0]
-    figure.update_xaxes(title_text=f"{joints[a]} (°)", showgrid=False)
-    figure.update_yaxes(title_text=f"{joints[b]} (°)", showgrid=False, col=1)
+    figure.update_xaxes(title_text=any_phase.axis(a), showgrid=False)
+    figure.update_yaxes(title_text=any_phase.axis(b), showgrid=False, col=1)
     figure.update_layout(plot_bgcolor=UNSEEN, margin_t=92, hovermode="closest")
     return figure
 
@@ -203,17 +207,13 @@ def _add_trends(figure: Figure, summary: Summary, color: str, named: bool) -> No
 
 def _add_paper(figure: Figure, summary: Summary) -> None:
     """The paper's regressions where this run has the segments they belong to, as far as it goes."""
-    shown = False
-    for phase, lines, start in zip(
-        summary["phases"], (PAPER_TRENDS[:1], PAPER_TRENDS[1:]), phase_starts(summary["phases"]), strict=False
-    ):
-        for paper, first in zip(lines, (0, 7), strict=False):
-            length = min(paper.last - paper.first, len(phase["hits_per_window"]) - 1 - first)
+    phases, shown = summary["phases"], False
+    for index, lines in paper_lines(phases):
+        for paper in lines:
+            length = min(paper.last, len(phases[index]["hits_per_window"]) - 1) - paper.first
             if length > 0:
-                at, values = (
-                    np.array([start + first, start + first + length]),
-                    np.array([paper.at(0), paper.at(length)]),
-                )
+                start = phase_starts(phases)[index] + paper.first
+                at, values = np.array([start, start + length]), np.array([paper.at(0), paper.at(length)])
                 more: Any = {"legendgroup": "paper", "showlegend": not shown, "hoverinfo": "skip"}
                 _add(figure, at, values, "trend, the paper's run", PAPER, dash="dash", **more)
                 figure.data[-1].hovertemplate = None
@@ -246,17 +246,28 @@ def _dash(dashes: Sequence[float]) -> str:
 def _heatmap(regions: Regions, a: int, b: int, visible: bool) -> Any:
     from plotly.graph_objects import Heatmap
 
-    middles = np.degrees((regions.edges[:, 1:] + regions.edges[:, :-1]) / 2).astype(np.float32)
+    where = f"{_shown(regions, a, 'x')}, {_shown(regions, b, 'y')}"
     return Heatmap(
-        x=middles[a],
-        y=middles[b],
+        x=_middles(regions, a),
+        y=_middles(regions, b),
         z=(100 * regions.share(a, b).T).astype(np.float32),
         customdata=regions.frames[a, b].T.astype(np.int32),
         coloraxis="coloraxis",
         visible=visible,
         hoverongaps=False,
-        hovertemplate="%{x:.0f}°, %{y:.0f}°: %{z:.0f} % of %{customdata:,} frames missed<extra></extra>",
+        hovertemplate=f"{where}: %{{z:.0f}} % of %{{customdata:,}} frames missed<extra></extra>",
     )
+
+
+def _middles(regions: Regions, joint: int) -> Floats:
+    borders = regions.borders(joint)
+    return ((borders[1:] + borders[:-1]) / 2).astype(np.float32)
+
+
+def _shown(regions: Regions, joint: int, axis: str) -> str:
+    """How plotly writes a cell's middle: whole degrees for angles, else hundredths with their unit."""
+    sign = readable(regions.units[joint])[1]
+    return f"%{{{axis}:.0f}}°" if sign == "°" else f"%{{{axis}:.2f}} {sign}".rstrip()
 
 
 def _coloraxis(title: str) -> dict[str, Any]:
@@ -269,12 +280,12 @@ def _coloraxis(title: str) -> dict[str, Any]:
     }
 
 
-def _pair_menu(joints: Sequence[str], pairs: Sequence[tuple[int, int]], phases: int) -> dict[str, Any]:
+def _pair_menu(regions: Regions, pairs: Sequence[tuple[int, int]], phases: int) -> dict[str, Any]:
     buttons = []
     for number, (a, b) in enumerate(pairs):
         shown = [other == number for other in range(len(pairs)) for _ in range(phases)]
-        axes = {f"xaxis{'' if p == 0 else p + 1}.title.text": f"{joints[a]} (°)" for p in range(phases)}
-        axes["yaxis.title.text"] = f"{joints[b]} (°)"
-        label = f"{joints[a]} and {joints[b]}"
+        axes = {f"xaxis{'' if p == 0 else p + 1}.title.text": regions.axis(a) for p in range(phases)}
+        axes["yaxis.title.text"] = regions.axis(b)
+        label = f"{regions.joints[a]} and {regions.joints[b]}"
         buttons.append({"label": label, "method": "update", "args": [{"visible": shown}, axes]})
     return {"buttons": buttons, "x": 0, "xanchor": "left", "y": 1.12, "yanchor": "bottom", "bgcolor": "white"}

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from somatopy.analysis.figures.maps import joint_pairs, joints_of
+from somatopy.analysis.figures.maps import joint_pairs
 from somatopy.analysis.runs import Run
-from somatopy.analysis.snapshots import Snapshot, load_snapshot
-from somatopy.analysis.windows import WINDOW
+from somatopy.analysis.snapshots import Snapshot, paper_snapshot
+from somatopy.clock import FRAMES_PER_MINUTE
 
 __all__ = ["explorer"]
 
@@ -29,15 +29,16 @@ def explorer(run: Run) -> dict[str, Any] | None:
         run: an open run folder.
 
     Returns:
-        Plain data for JSON; arrays are base64 of 16-bit integers. None where the run has no snapshots.
+        Plain data for JSON; arrays are base64 of 16-bit integers. None where the run has no snapshots, or those of a
+        learner whose maps are not the paper's.
     """
     paths = run.snapshots
-    if not paths:
-        return None
     chosen = np.unique(np.linspace(0, len(paths) - 1, min(WINDOWS, len(paths))).round().astype(int))
-    snapshots = [load_snapshot(paths[index]) for index in chosen]
+    snapshots = [maps for index in chosen if (maps := paper_snapshot(run, paths[index])) is not None]
+    if not snapshots:
+        return None
     first = snapshots[0]
-    arm, head = joints_of(run, "arm"), joints_of(run, "head")
+    arm, head = run.joints("arm"), run.joints("head")
     return {
         "steps": STEPS,
         "arm": {"joints": arm, "shape": first.arm_shape, "pairs": joint_pairs(len(arm))},
@@ -52,7 +53,7 @@ def _packed(maps: Snapshot) -> dict[str, Any]:
     leads = np.full(len(maps.arm_codebook), -1)
     leads[pre] = post
     return {
-        "minutes": round(maps.frame / WINDOW * 5, 1),
+        "minutes": round(maps.frame / FRAMES_PER_MINUTE, 1),
         "arm": _base64(np.degrees(maps.arm_postures()) * STEPS),
         "head": _base64(np.degrees(maps.head_postures()) * STEPS),
         "leads": _base64(leads),

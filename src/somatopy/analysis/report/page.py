@@ -11,7 +11,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from somatopy.analysis import style
+from somatopy.analysis.bounds import why_no_ceiling
 from somatopy.analysis.claims import VERDICTS, judge
+from somatopy.analysis.described import PROVENANCE, leaves, written_by
+from somatopy.analysis.phases import kind_name, phase_title, played
 from somatopy.analysis.report.charts import (
     distortion_chart,
     efficiency_chart,
@@ -21,20 +25,21 @@ from somatopy.analysis.report.charts import (
 )
 from somatopy.analysis.report.explorer import explorer
 from somatopy.analysis.report.words import (
-    CAPTIONS,
-    CAPTIONS_OF_SEVERAL,
     FIGURE_TITLES,
+    OWN_MAPS,
+    captions,
     cost,
     headline,
     intervals,
     minutes,
-    phase_title,
     tally,
 )
-from somatopy.analysis.runs import Run, load_run
+from somatopy.analysis.runs import Run, RunFolderError, load_run, writing
+from somatopy.analysis.series import distance_units
 from somatopy.analysis.standings import Standing, standings
 from somatopy.analysis.summary import summarise
 from somatopy.analysis.table import comparison
+from somatopy.files import write_whole
 
 __all__ = ["Source", "render_report", "write_report"]
 
@@ -52,19 +57,21 @@ class Source:
         run: its folder.
         summary: its measures.
         standings: bounds, itself, controls.
+        units: unit of the distances from arm and head to their winners.
     """
 
     name: str
     run: Run
     summary: Mapping[str, Any]
     standings: Sequence[Standing]
+    units: Mapping[str, str]
 
     @classmethod
     def of(cls, path: str | os.PathLike[str], name: str | None = None) -> Source:
         """Open a run folder and compute what the report says of it."""
         run = load_run(path)
         summary = summarise(run)
-        return cls(name or run.path.resolve().name, run, summary, standings(run, summary))
+        return cls(name or run.path.resolve().name, run, summary, standings(run, summary), distance_units(run))
 
 
 def write_report(paths: Sequence[str | os.PathLike[str]], out: str | os.PathLike[str] | None = None) -> Path:
@@ -85,9 +92,8 @@ def write_report(paths: Sequence[str | os.PathLike[str]], out: str | os.PathLike
         raise ValueError("A report needs at least one run folder.")
     target = Path(out) if out is not None else Path(paths[0]) / "report.html"
     text = render_report([Source.of(path, name) for path, name in zip(paths, _names(paths), strict=True)])
-    aside = target.with_name(target.name + ".partial")
-    aside.write_text(text, encoding="utf-8")
-    os.replace(aside, target)
+    with writing(target):
+        write_whole(target, text)
     return target
 
 
@@ -124,7 +130,8 @@ def _names(paths: Sequence[str | os.PathLike[str]]) -> list[str]:
 
 def _content(sources: Sequence[Source]) -> dict[str, Any]:
     first, alone = sources[0], len(sources) == 1
-    judged = [judge(source.summary) for source in sources]
+    judged = [judge(found.summary, found.units) for found in sources]
+    maps = explorer(first.run) if alone else None
     claims = [
         {"claim": claim, "findings": [found[index][1] for found in judged]}
         for index, (claim, _) in enumerate(judged[0])
@@ -139,13 +146,17 @@ def _content(sources: Sequence[Source]) -> dict[str, Any]:
         "verdicts": VERDICTS,
         "claims": claims,
         "plots": {name: _embeddable(json.loads(figure.to_json())) for name, figure in _charts(sources)},
-        "captions": CAPTIONS if alone else CAPTIONS_OF_SEVERAL,
-        "phases": [phase_title(first.summary, index) for index in range(len(first.summary["phases"]))],
+        "captions": captions(sources[0].run, alone, [source.units for source in sources]),
+        "facts": style.source(first.summary).replace(", ", " · "),
+        "no_ceilings": [(s.name, why) for s in sources if (why := why_no_ceiling(s.run, s.summary))],
+        "phases": [phase_title(first.summary, index) for index in played(first.summary["phases"])],
+        "standings": [_standing_row(found, first.summary) for found in first.standings],
         "overview": [_overview(source) for source in sources],
         "differences": _differences(sources),
-        "maps": _embeddable(explorer(first.run)) if alone and first.run.snapshots else None,
+        "maps": maps and _embeddable(maps),
+        "own_maps": OWN_MAPS if alone and first.run.snapshots and maps is None else "",
         "figures": list(_pictures(first.run)) if alone else [],
-        "rows": comparison(first.summary) if alone else [],
+        "rows": comparison(first.summary, first.units) if alone else [],
         "runs": [_what_was_run(source) for source in sources],
     }
 
@@ -174,58 +185,55 @@ def _embeddable(value: Any) -> Any:
 def _overview(source: Source) -> dict[str, Any]:
     """A run in a row: rates, efficiencies and slopes."""
     own = next(found for found in source.standings if found.summary is source.summary)
-    return {"source": source, "own": own, "trends": intervals(source.summary), "minutes": minutes(source.summary)}
+    row = _standing_row(own, source.summary)
+    row["learner"] = kind_name(str(source.summary["learner"]))
+    return row | {"source": source, "trends": intervals(source.summary), "minutes": minutes(source.summary)}
+
+
+def _standing_row(found: Standing, summary: Mapping[str, Any]) -> dict[str, Any]:
+    """What was scored in each phase that has frames: the rate, and its share of the ceiling."""
+    cells = [(found.rates[index], found.efficiencies[index]) for index in played(summary["phases"])]
+    return {"name": found.name, "eye": found.eye, "cells": cells}
 
 
 def _differences(sources: Sequence[Source]) -> list[tuple[str, list[Any]]]:
     """Settings in which the runs differ, with each run's value."""
-    described = [dict(_leaves(source.run.description)) for source in sources]
-    keys = sorted({key for leaves in described for key in leaves if not key.startswith(("cite", "versions."))})
-    values = [(key, [leaves.get(key, "—") for leaves in described]) for key in keys]
+    described = [dict(leaves(source.run.description)) for source in sources]
+    keys = sorted({key for found in described for key in found if key.partition(".")[0] not in PROVENANCE})
+    values = [(key, [found.get(key, "—") for found in described]) for key in keys]
     return [(key, found) for key, found in values if any(value != found[0] for value in found)]
-
-
-def _leaves(value: Any, prefix: str = "") -> Iterator[tuple[str, Any]]:
-    """Dotted keys of a description with their values; lists of plain values are values."""
-    items: Iterator[tuple[Any, Any]]
-    if isinstance(value, dict):
-        items = iter(value.items())
-    elif isinstance(value, list) and any(isinstance(entry, dict) for entry in value):
-        items = iter(enumerate(value))
-    else:
-        yield prefix, value
-        return
-    for key, entry in items:
-        yield from _leaves(entry, f"{prefix}.{key}" if prefix else str(key))
 
 
 def _pictures(run: Run) -> Iterator[dict[str, Any]]:
     """The run's figures, as far as they were drawn, made small enough to be carried along."""
-    from PIL import Image
-
     for name, title in FIGURE_TITLES.items():
         path = run.path / "figures" / f"{name}.png"
         if path.is_file():
-            with Image.open(path) as picture:
-                picture.thumbnail((WIDEST, 4 * WIDEST), Image.Resampling.LANCZOS)
-                packed = io.BytesIO()
-                picture.convert("RGB").save(packed, "WEBP", quality=80, method=4)
-            data = base64.b64encode(packed.getvalue()).decode("ascii")
-            yield {
-                "title": title,
-                "wide": name in WIDE,
-                "uri": f"data:image/webp;base64,{data}",
-                "file": f"figures/{name}.svg",
-            }
+            uri = f"data:image/webp;base64,{base64.b64encode(_packed(path)).decode('ascii')}"
+            yield {"title": title, "wide": name in WIDE, "uri": uri, "file": f"figures/{name}.svg"}
+
+
+def _packed(path: Path) -> bytes:
+    from PIL import Image
+
+    packed = io.BytesIO()
+    try:
+        with Image.open(path) as picture:
+            picture.thumbnail((WIDEST, 4 * WIDEST), Image.Resampling.LANCZOS)
+            picture.convert("RGB").save(packed, "WEBP", quality=80, method=4)
+    except (OSError, SyntaxError) as error:  # SyntaxError: what Pillow calls half a PNG
+        raise RunFolderError(f"{path} is no whole picture ({error}). Delete it, and report the run again.") from error
+    return packed.getvalue()
 
 
 def _what_was_run(source: Source) -> dict[str, Any]:
     run = source.run
-    described = {key: value for key, value in run.description.items() if key not in ("cite", "versions")}
+    described = {key: value for key, value in run.description.items() if key not in PROVENANCE}
+    cite = run.description.get("cite", [])
     return {
         "name": source.name,
-        "settings": list(_leaves(described)),
-        "versions": run.description.get("versions", {}),
-        "cite": run.description.get("cite", []),
+        "settings": list(leaves(described)),
+        "written_by": written_by(run),
+        "cite": cite if isinstance(cite, list) else [cite],
         "cost": cost(run.cost),
     }

@@ -5,22 +5,24 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from somatopy.analysis.bounds import reactive_rate
 from somatopy.analysis.claims import VERDICTS
-from somatopy.analysis.figures.misses import phase_names
+from somatopy.analysis.phases import played
+from somatopy.analysis.regions import FEW
 from somatopy.analysis.runs import Run
+from somatopy.analysis.series import in_shares
 from somatopy.analysis.standings import OWN, Standing
 from somatopy.analysis.trends import Trend, quantile
-from somatopy.analysis.windows import FRAMES_PER_MINUTE
+from somatopy.clock import DISTORTION_WIDTH, FRAMES_PER_MINUTE, WINDOW
 
 __all__ = [
-    "CAPTIONS",
-    "CAPTIONS_OF_SEVERAL",
     "FIGURE_TITLES",
+    "OWN_MAPS",
+    "captions",
     "cost",
     "headline",
     "intervals",
     "minutes",
-    "phase_title",
     "tally",
 ]
 
@@ -34,19 +36,24 @@ FIGURE_TITLES = {
     "filmstrip": "What the head camera saw",
 }
 
+OWN_MAPS = (
+    "This learner keeps arrays of its own in maps/. They are not two sheets of units with links from one to the other, "
+    "as the paper's are, so that Figure 2 and the map explorer are left out."
+)
+CEILING = "The ceiling is the share of frames in which some head posture would have seen the hand. "
+REACTIVE = "The reactive bound is what perfect knowledge of the arm, without looking ahead, makes of it. "
+MEAN = f"over the last {DISTORTION_WIDTH:,} inputs, after the update"
 CAPTIONS = {
     "hits": "Hits are frames in which the marker on the hand was detected. A window is drawn where it starts; it has "
-    "4,500 frames. Trends are least squares over full windows, restarted at the damage and 35 minutes after it, as in "
-    "the paper.",
-    "efficiency": "The ceiling is the share of frames in which some head posture would have seen the hand. The "
-    "reactive bound is what perfect knowledge of the arm, without looking ahead, makes of it. Both are reckoned by the "
-    "geometric eye; so are the controls, which run on the same arm movements.",
-    "arm": "Mean distance from arm posture to winner over the last 1,800 inputs, after the update; 1 is a joint's "
-    "whole range (the paper's Figure 4).",
+    f"{WINDOW:,} frames. Trends are least squares over full windows, restarted at the damage and 35 minutes after it, "
+    "as in the paper.",
+    "efficiency": f"{CEILING}{REACTIVE}Both are reckoned by the geometric eye; so are the controls, which run on the "
+    "same arm movements.",
+    "arm": f"Mean distance from arm posture to winner {MEAN}; 1 is a joint's whole range (the paper's Figure 4).",
     "head": "The same for the head map (the paper's Figure 5).",
     "gaze": "Angle between the camera's optical axis and the hand, seen or not, over stretches of five minutes.",
     "misses": "Share of frames in which the hand was not seen, by the arm's true posture. Where no head posture sees "
-    "the hand, it is always missed. Grey: fewer than 30 frames.",
+    f"the hand, it is always missed. Grey: fewer than {FEW} frames.",
     "maps": "Arm units take the colour of the head unit that their strongest link leads to: the gaze they stand for. "
     "Hollow units have no link yet. Lines: the 100 strongest of those links.",
 }
@@ -56,9 +63,28 @@ CAPTIONS_OF_SEVERAL = CAPTIONS | {
 }
 
 
+def captions(run: Run, alone: bool, units: Sequence[Mapping[str, str]]) -> dict[str, str]:
+    """What stands under the plots.
+
+    Args:
+        run: the first run.
+        alone: whether it is the only one.
+        units: of each run, the units of its distances, see `distance_units`.
+    """
+    found = CAPTIONS if alone else CAPTIONS_OF_SEVERAL
+    if alone and run.ceiling is None:
+        found = found | {"efficiency": "Share of frames with the hand seen; controls ran on the same arm movements."}
+    elif alone and reactive_rate(run) is None:
+        found = found | {"efficiency": f"{CEILING}It is reckoned by the geometric eye."}
+    if not all(in_shares(unit) for told in units for unit in told.values()):
+        text = "Mean distance from {} posture to winner " + MEAN + ", in the unit named; the paper's has [0, 1] units."
+        found = found | {side: text.format(side) for side in ("arm", "head")}
+    return found
+
+
 def headline(run: Run, summary: Mapping[str, Any], found: Sequence[Standing]) -> str:
     """The result in two or three sentences."""
-    phases = [(k, phase) for k, phase in enumerate(summary["phases"]) if phase["frames"]]
+    phases = [(k, summary["phases"][k]) for k in played(summary["phases"])]
     if not phases:
         return "No frame of this run was recorded."
     parts = [f"{_percent(phase['rate'])} of {phase['frames']:,} frames {_when(summary, k)}" for k, phase in phases]
@@ -82,7 +108,7 @@ def cost(measured: Mapping[str, Any] | None) -> str:
         >>> cost({"wall_s": 12.4, "frames": 9000, "frames_per_s": 725.8})
         '9,000 frames took 12 s, 726 frames a second.'
     """
-    measured = measured or {}
+    measured = {key: value for key, value in (measured or {}).items() if isinstance(value, int | float)}
     frames = f"{measured['frames']:,} frames" if "frames" in measured else "The run"
     forms = {
         "wall_s": (1, frames + " took {:,.0f} s"),
@@ -104,21 +130,17 @@ def tally(verdicts: Sequence[str]) -> str:
     return f"{holds} hold, {not_so} do not, {unknown} cannot be told"
 
 
-def phase_title(summary: Mapping[str, Any], index: int) -> str:
-    """Number and state of a phase: phase 1, intact."""
-    return f"phase {index + 1}, {phase_names(summary)[index]}"
-
-
 def minutes(summary: Mapping[str, Any]) -> list[str]:
-    """Length of each phase in minutes of robot time."""
-    return [f"{phase['frames'] / FRAMES_PER_MINUTE:.1f}" for phase in summary["phases"]]
+    """Length of each phase that has frames, in minutes of robot time."""
+    phases = summary["phases"]
+    return [f"{phases[index]['frames'] / FRAMES_PER_MINUTE:.1f}" for index in played(phases)]
 
 
 def intervals(summary: Mapping[str, Any]) -> list[str]:
-    """Every trend's slope with its 95 % interval, in order; — where there is none."""
+    """Every trend's slope with its 95 % interval, in order, of phases that have frames; — where there is none."""
     texts = []
-    for phase in summary["phases"]:
-        for entry in phase["trends"]:
+    for index in played(summary["phases"]):
+        for entry in summary["phases"][index]["trends"]:
             trend = Trend(**entry) if entry else None
             reach = quantile(trend.last - trend.first + 1) * trend.slope_se if trend else 0.0
             texts.append(f"{trend.slope:+.2f} ± {reach:.2f}".replace("-", "−") if trend else "—")
@@ -132,7 +154,8 @@ def _percent(share: float | None, digits: int = 1) -> str:
 def _when(summary: Mapping[str, Any], index: int) -> str:
     if summary["phases"][index]["damage"] != "none":
         return "after the damage"
-    return "while intact" if index == 0 else f"in phase {index + 1}, undamaged"
+    number = played(summary["phases"]).index(index)
+    return f"in phase {number + 1}, undamaged" if number else "while intact"
 
 
 def _and(parts: Sequence[str]) -> str:

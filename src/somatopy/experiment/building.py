@@ -1,0 +1,117 @@
+"""Parts from their settings, and settings from parts that are handed over; all that does not fit is said here."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from typing import Any
+
+from somatopy.bodies import BodyError
+from somatopy.contract import missing_members
+from somatopy.experiment.context import Context
+from somatopy.experiment.description import Description, DescriptionError
+from somatopy.registry import BABBLERS, BODIES, EYES, INTERVENTIONS, LEARNERS, Kinds, Settings, handed_over
+
+__all__ = ["built", "hand_over", "handed_over_again", "said_of"]
+
+#: Parts that may be handed over, where a description has them, and their kinds.
+_WHERE: dict[str, tuple[str, Kinds]] = {
+    "body": ("body", BODIES),
+    "eye": ("eye", EYES),
+    "babbler": ("babbling", BABBLERS),
+    "learner": ("learner", LEARNERS),
+}
+
+
+@contextmanager
+def said_of(key: str) -> Iterator[None]:
+    """What a part says when it is built becomes an error of the description, with the key of the part."""
+    try:
+        yield
+    except (DescriptionError, BodyError):
+        raise
+    except ValueError as error:
+        raise DescriptionError(f"{key}: {str(error).rstrip('.')}.") from error
+
+
+def built(key: str, contract: type, settings: Settings, context: Context) -> Any:
+    """The part that settings describe, once it is known to keep its contract's members."""
+    with said_of(key):
+        part = settings.build(context)
+    if lacks := missing_members(part, contract):
+        raise DescriptionError(
+            f"{key}: a {type(part).__name__} lacks {', '.join(lacks)}, which the contract "
+            f"{contract.__name__} asks for (somatopy.contract)."
+        )
+    return part
+
+
+def hand_over(
+    description: Description,
+    *,
+    body: Any = None,
+    eye: Any = None,
+    babbler: Any = None,
+    learner: Any = None,
+    interventions: Mapping[str, Iterable[Any]] | None = None,
+) -> Description:
+    """The description that names parts which are handed over; see `Session`.
+
+    Raises:
+        DescriptionError: a part makes nothing, or there is no phase of that name.
+    """
+    given = {
+        "body": (BODIES, body),
+        "eye": (EYES, eye),
+        "babbling": (BABBLERS, babbler),
+        "learner": (LEARNERS, learner),
+    }
+    changes: dict[str, Any] = {}
+    for key, (kinds, part) in given.items():
+        if part is not None:
+            with said_of(key):
+                changes[key] = handed_over(kinds, part)
+    if interventions:
+        changes["phases"] = _with_interventions(description, interventions)
+    return description.replaced(**changes) if changes else description
+
+
+def _with_interventions(description: Description, interventions: Mapping[str, Iterable[Any]]) -> list[Any]:
+    names = [phase.name for phase in description.phases]
+    if unknown := [name for name in interventions if name not in names]:
+        raise DescriptionError(f"interventions: there is no phase {unknown[0]!r}; phases: {', '.join(names)}.")
+    return [
+        phase.replaced(interventions=(*phase.interventions, *interventions.get(phase.name, ())))
+        for phase in description.phases
+    ]
+
+
+def handed_over_again(table: dict[str, Any], given: Mapping[str, Any]) -> dict[str, Any]:
+    """A table in which parts that are handed over again stand in their places."""
+    found = dict(table)
+    for name, part in given.items():
+        if name == "interventions":
+            found["phases"] = _interventions_again(table.get("phases", []), part)
+            continue
+        key, kinds = _WHERE[name]
+        own, recorded = handed_over(kinds, part), table.get(key, {}).get("kind")
+        if own.kind != recorded:
+            raise DescriptionError(f"The run began with the {name} {recorded!r}; {own.kind!r} was handed over.")
+        found[key] = table[key] | {"kind": type(own)}
+    return found
+
+
+def _interventions_again(phases: list[dict[str, Any]], given: Mapping[str, Any]) -> list[dict[str, Any]]:
+    own = {
+        entry.kind: type(entry) for parts in given.values() for entry in (handed_over(INTERVENTIONS, p) for p in parts)
+    }
+    return [
+        phase
+        | {
+            "interventions": [
+                entry | {"kind": own.get(entry.get("kind"), entry.get("kind"))}
+                for entry in phase.get("interventions", [])
+            ]
+        }
+        for phase in phases
+    ]

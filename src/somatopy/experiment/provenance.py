@@ -1,0 +1,135 @@
+"""By what a run was written: versions, code, commit, machine. What another version or code would go on with differs."""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import inspect
+import platform
+import subprocess
+import sys
+from collections.abc import Iterable
+from functools import cache
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+__all__ = ["CITE", "code_of", "differences", "versions", "written_by"]
+
+CITE = (
+    "G. Schillaci, V. V. Hafner, B. Lara: Online Learning of Visuo-Motor Coordination in a Humanoid Robot. "
+    "A Biologically Inspired Model. IEEE ICDL-EpiRob, 2014.",
+    "N. Rougier, Y. Boniface: Dynamic self-organising map. Neurocomputing 74(11), 1840-1847, 2011.",
+)
+_PACKAGES = ("somatopy", "numpy", "numba", "mujoco", "opencv-python-headless", "pyarrow")
+_HOME = Path(__file__).parents[1]
+#: What no frame depends on: these only read run folders, or show what happens.
+_LOOKING_ON = frozenset({"analysis", "cli", "api.py", "__init__.py"})
+
+
+def versions() -> dict[str, str]:
+    """Versions of somatopy and of the packages that frames depend on."""
+    return {name: _version(name) for name in _PACKAGES}
+
+
+def _version(name: str) -> str:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return "not installed"
+
+
+def written_by(parts: Iterable[object]) -> dict[str, str]:
+    """Code, commit (if there is one), Python and platform.
+
+    Args:
+        parts: the parts of the experiment, whose code counts too where it is not somatopy's.
+    """
+    commit = _commit()
+    return {
+        "code": code_of(parts),
+        **({"commit": commit} if commit else {}),
+        "python": platform.python_version(),
+        "platform": f"{sys.platform} {platform.machine()}",
+    }
+
+
+def code_of(parts: Iterable[object]) -> str:
+    """A digest of all code that frames depend on; docstrings and comments do not count.
+
+    Args:
+        parts: the parts of the experiment.
+    """
+    digest = hashlib.sha256(_own_code().encode())
+    files = {file for part in parts if (file := _file_of(part)) is not None}
+    for file in sorted(files):
+        digest.update(_meaning(file).encode())
+    return digest.hexdigest()[:16]
+
+
+@cache
+def _own_code() -> str:
+    digest = hashlib.sha256()
+    for file in sorted(_HOME.rglob("*.py")):
+        if file.relative_to(_HOME).parts[0] not in _LOOKING_ON:
+            digest.update(_meaning(file).encode())
+    return digest.hexdigest()
+
+
+def _meaning(file: Path) -> str:
+    """The syntax tree of a file without its docstrings, as text."""
+    tree = ast.parse(file.read_text(encoding="utf-8"))
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
+            first = node.body[0] if node.body else None
+            if isinstance(first, ast.Expr) and isinstance(first.value, ast.Constant):
+                node.body = node.body[1:]
+    return ast.dump(tree)
+
+
+def _file_of(part: object) -> Path | None:
+    """The file of a part's class, where it is not somatopy's."""
+    if type(part).__module__.partition(".")[0] == "somatopy":
+        return None
+    try:
+        file = Path(inspect.getfile(type(part)))
+    except (OSError, TypeError):  # a class without a file, as of an interactive session
+        return None
+    return file if file.suffix == ".py" and file.is_file() else None
+
+
+@cache
+def _commit() -> str | None:
+    """The commit of somatopy's sources, if they stand in a repository, and whether they were changed since."""
+    where = ["git", "-C", str(_HOME)]
+    try:
+        subprocess.run([*where, "ls-files", "--error-unmatch", "registry.py"], check=True, capture_output=True)
+        said = subprocess.run(
+            [*where, "describe", "--always", "--dirty", "--abbrev=40", "--exclude=*"],
+            check=True,
+            capture_output=True,
+            text=True,
+        )
+    except (OSError, subprocess.CalledProcessError):
+        return None
+    return said.stdout.strip()
+
+
+def differences(before: Any, after: Any, prefix: str = "") -> list[str]:
+    """Dotted keys in which two tables of plain data differ.
+
+    Example:
+        >>> differences({"a": 1, "b": {"c": [1, 2]}}, {"a": 1, "b": {"c": [1, 3]}, "d": 4})
+        ['b.c', 'd']
+    """
+    if isinstance(before, dict) and isinstance(after, dict):
+        keys = list(dict.fromkeys([*before, *after]))
+        return [key for name in keys for key in differences(before.get(name), after.get(name), f"{prefix}{name}.")]
+    if _are_tables(before) and _are_tables(after):
+        both = {str(k): v for k, v in enumerate(before)}, {str(k): v for k, v in enumerate(after)}
+        return differences(*both, prefix)
+    return [] if before == after else [prefix.removesuffix(".")]
+
+
+def _are_tables(value: Any) -> bool:
+    return isinstance(value, list) and bool(value) and all(isinstance(entry, dict) for entry in value)

@@ -1,0 +1,380 @@
+"""The run folder: description, frames, maps, checkpoints and cost of a session. It looks on and runs nothing."""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import resource
+import shutil
+import sys
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
+from datetime import datetime
+from itertools import count
+from pathlib import Path
+from time import perf_counter
+from typing import Any, Self
+
+import numpy as np
+import tomli_w
+
+from somatopy.experiment.building import handed_over_again
+from somatopy.experiment.checkpoint import read_checkpoint, write_checkpoint
+from somatopy.experiment.description import (
+    FORMAT,
+    Description,
+    DescriptionError,
+    load_description,
+    read_table,
+    validated,
+)
+from somatopy.experiment.frame import PARTS, Frame
+from somatopy.experiment.provenance import CITE, differences, versions, written_by
+from somatopy.experiment.recorder import PART_FRAMES, Recorder
+from somatopy.experiment.session import Session
+from somatopy.files import is_aside, write_whole
+
+__all__ = ["CHECKPOINT", "CHECKPOINT_S", "DESCRIPTION", "RunFolder", "write_json"]
+
+DESCRIPTION, CHECKPOINT = "experiment.toml", "checkpoint.npz"
+#: Wall time between two checkpoints.
+CHECKPOINT_S = 20.0
+#: What a run writes before its first frame.
+_FIRST = (DESCRIPTION, CHECKPOINT, "cost.json", "frames", ".lock")
+
+
+def write_json(path: Path, table: Mapping[str, Any]) -> None:
+    """Write a table as JSON, whole or not at all; NaN is refused."""
+    write_whole(path, json.dumps(table, indent=2, allow_nan=False) + "\n")
+
+
+class RunFolder:
+    """A folder that holds all that an experiment knew and did, and from which it can go on.
+
+    Args:
+        path: the folder.
+
+    Attributes:
+        path: see above.
+
+    Example:
+        >>> import tempfile
+        >>> from somatopy import paper
+        >>> phases = [{"name": "short", "frames": 3}]
+        >>> short = paper().replaced(body={"motion": "kinematic"}, eye={"kind": "geometric"}, phases=phases)
+        >>> out = tempfile.TemporaryDirectory()
+        >>> with Session(short) as session:
+        ...     folder = RunFolder.new(out.name, session.description)
+        ...     with folder.recording(session):
+        ...         frames = sum(1 for frame in session)
+        >>> frames, sorted(entry.name for entry in folder.path.glob("*") if entry.suffix)
+        (3, ['checkpoint.npz', 'cost.json', 'experiment.toml', 'phase-0.npz'])
+        >>> out.cleanup()
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        self.path = Path(path)
+        self._made = False
+
+    @classmethod
+    def new(cls, out: str | Path | None, description: Description) -> Self:
+        """An empty folder: `out`, or runs/<time>_<name>_seed<k> if None, with a number behind it if there is one.
+
+        Raises:
+            DescriptionError: it exists and is no empty folder, or cannot be written.
+        """
+        if out is not None:
+            folder = cls(out)
+            folder._made = not folder.path.exists()
+            _prepare(folder.path)
+            return folder
+        stamp = datetime.now().strftime("%Y%m%d-%H%M%S")
+        wanted = f"{stamp}_{description.name}_seed{description.seed}"
+        for number in count(1):
+            path = Path("runs") / (wanted if number == 1 else f"{wanted}_{number}")
+            with suppress(FileExistsError), _said_of_folder(path):
+                path.mkdir(parents=True)
+                folder = cls(path)
+                folder._made = True
+                return folder
+        raise AssertionError("unreachable")
+
+    # -- reading -------------------------------------------------------------------------------------------------------
+
+    def description(self, **parts: Any) -> Description:
+        """The description that the folder holds, with the parts that the run was handed over.
+
+        Args:
+            parts: `body`, `eye`, `babbler`, `learner`, `interventions`, as `Session` takes them.
+
+        Raises:
+            DescriptionError: no run folder, or a part that cannot be imported is not handed over, or is another one.
+        """
+        path = self.path / DESCRIPTION
+        given = {name: part for name, part in parts.items() if part is not None}
+        return validated(handed_over_again(read_table(path), given), str(path)) if given else load_description(path)
+
+    def checkpoint(self, name: str = CHECKPOINT) -> dict[str, Any]:
+        """A checkpoint.
+
+        Raises:
+            DescriptionError: there is none, or it cannot be read.
+        """
+        if not (self.path / name).exists():
+            raise DescriptionError(
+                f"{self.path} has no {name}, so that nobody can go on from it; nothing was changed. Restore that file "
+                "from a copy, or run the experiment again into another folder. A run whose body has no state() and "
+                "restore() never has one: it cannot be resumed."
+            )
+        return read_checkpoint(self.path / name)
+
+    def restore(
+        self, session: Session, name: str = CHECKPOINT, *, anyway: bool = False, forked: bool = False
+    ) -> dict[str, Any]:
+        """Let a session of the folder's description stand where a checkpoint was written.
+
+        Args:
+            session: made from `description`.
+            name: the checkpoint.
+            forked: whether the session's description may be another from that moment on.
+            anyway: whether to go on although versions or code are others than those that wrote it.
+
+        Returns:
+            The checkpoint, to be given to `recording`.
+
+        Raises:
+            DescriptionError: the description is not the checkpoint's, versions or code are others, or it is broken.
+        """
+        found = self.checkpoint(name)
+        try:
+            if not forked:
+                self._check_description(found, session)
+            self._check_author(found, session, anyway)
+            session.restore(found["session"])
+        except (KeyError, TypeError, ValueError, IndexError) as error:
+            if isinstance(error, DescriptionError):
+                raise
+            raise DescriptionError(f"{self.path / name} does not fit the description of its run: {error}.") from error
+        return found
+
+    def _check_description(self, found: dict[str, Any], session: Session) -> None:
+        changed = differences(found["description"], _plain(session.description))
+        if changed:
+            raise DescriptionError(
+                f"{self.path / DESCRIPTION} is not what this run began with: {', '.join(changed)} "
+                f"{'differs' if len(changed) == 1 else 'differ'}. Put back what was there, or run the changed "
+                "experiment into a folder of its own."
+            )
+
+    def _check_author(self, found: dict[str, Any], session: Session, anyway: bool) -> None:
+        others = differences(found["written_by"], _author(session))
+        if others and not anyway:
+            raise DescriptionError(
+                f"{self.path} was written by another version of the programs: {', '.join(others)} "
+                f"{'differs' if len(others) == 1 else 'differ'}. "
+                "What follows could differ from what the run would have been. Go on all the same with --anyway "
+                "(anyway=True in Python); a run that is resumed so says it in its experiment.toml."
+            )
+
+    # -- writing -------------------------------------------------------------------------------------------------------
+
+    @contextmanager
+    def recording(self, session: Session, since: dict[str, Any] | None = None) -> Iterator[None]:
+        """Record the frames of a session for as long as the context lasts.
+
+        A checkpoint is written at the start, every `CHECKPOINT_S` seconds, with every part, at the end of each phase
+        and at the end, however that comes, unless a frame was broken off. If nothing was recorded when an error comes,
+        the folder is left as empty as it was.
+
+        Args:
+            session: whose frames are recorded.
+            since: the checkpoint from which the session goes on, as `restore` gave it.
+
+        Raises:
+            DescriptionError: another process runs in this folder.
+        """
+        with self.locked(), self._emptied_if_nothing_ran(session, since):
+            writer = _Writer(self, session, since)
+            session.attach(writer)
+            try:
+                yield
+            finally:
+                session.detach(writer)
+                writer.close()
+
+    def begin(self, session: Session) -> None:
+        """Write the description, resolved, with versions and what to cite."""
+        table = {"format": FORMAT, **_without_none(_plain(session.description)), **_author_tables(session)}
+        write_whole(self.path / DESCRIPTION, tomli_w.dumps(table | {"cite": list(CITE)}))
+
+    def append(self, session: Session) -> None:
+        """Say in the description who goes on with the run, beside who began it, if it is another."""
+        text = (self.path / DESCRIPTION).read_text(encoding="utf-8")
+        entry = {"resumed": [{"frame": session.done, **_author_tables(session)}]}
+        write_whole(self.path / DESCRIPTION, f"{text.rstrip()}\n\n{tomli_w.dumps(entry)}")
+
+    @contextmanager
+    def locked(self) -> Iterator[None]:
+        """Hold the folder for this process; the lock goes with the process, however it ends."""
+        with (self.path / ".lock").open("w") as file:
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError as error:
+                raise DescriptionError(
+                    f"Another process is running in {self.path}. Wait for it, or end it first."
+                ) from error
+            yield
+
+    @contextmanager
+    def _emptied_if_nothing_ran(self, session: Session, since: dict[str, Any] | None) -> Iterator[None]:
+        """After an error before the first frame, remove what was written, and the folder where it was made here."""
+        try:
+            yield
+        except BaseException:
+            if since is None and not session.done:
+                for entry in [*map(self.path.joinpath, _FIRST), *self.path.glob("phase-*.npz")]:
+                    with suppress(OSError):
+                        entry.rmdir() if entry.is_dir() else entry.unlink()
+                with suppress(OSError):
+                    if self._made:
+                        self.path.rmdir()
+            raise
+
+
+class _Writer:
+    """The sink that writes a session's frames, maps, checkpoints and cost into its folder."""
+
+    def __init__(self, folder: RunFolder, session: Session, since: dict[str, Any] | None) -> None:
+        self._path, self._session = folder.path, session
+        self._author = _author(session)
+        self._recorder = Recorder(self._path / "frames", session)
+        self._seconds = 0.0
+        self._wall_before, self._began, self._first = 0.0, perf_counter(), session.done
+        self._saved_at, self._saved = perf_counter(), -1
+        new = not (self._path / DESCRIPTION).exists()
+        if new:
+            folder.begin(session)
+        elif since and differences(since["written_by"], self._author):
+            folder.append(session)
+        elif since:
+            self._saved = session.done
+        if since:
+            self._recorder.restore(since["recorder"])
+            for aside in filter(is_aside, [*self._path.iterdir(), *self._path.glob("maps/*")]):
+                aside.unlink()
+            self._wall_before, self._seconds = float(since["wall_s"]), float(since["record_s"])
+        if new:
+            self._save()
+
+    def __call__(self, frame: Frame) -> None:
+        start = perf_counter()
+        self._recorder(frame)
+        full = self._recorder.frames % PART_FRAMES == 0
+        if full:
+            self._keep_maps()
+        now = perf_counter()
+        self._seconds += now - start
+        if full or frame.ends or now - self._saved_at > CHECKPOINT_S:
+            self._save()
+
+    def _keep_maps(self) -> None:
+        """Write what was learned so far, if there is anything, at the end of a window."""
+        maps = self._session.learner.maps()
+        if maps:
+            target = self._path / "maps" / f"window-{self._recorder.frames // PART_FRAMES - 1:05d}.npz"
+            target.parent.mkdir(exist_ok=True)
+            frame = np.array(self._recorder.frames)
+            write_whole(target, lambda file: np.savez_compressed(file, allow_pickle=False, **{"frame": frame, **maps}))
+
+    def _save(self) -> None:
+        """Write a checkpoint, and keep it for good where a phase has ended."""
+        session = self._session
+        if not (session.resumable and session.whole and self._recorder.frames == session.done):
+            return
+        state = {
+            "description": _plain(session.description),
+            "written_by": self._author,
+            "session": session.state(),
+            "recorder": self._recorder.state(),
+            "wall_s": self._wall(),
+            "record_s": self._seconds,
+        }
+        write_checkpoint(self._path / CHECKPOINT, state)
+        for index, end in enumerate(session.ends):
+            if end == session.done:
+                with (self._path / CHECKPOINT).open("rb") as source:
+                    write_whole(self._path / f"phase-{index}.npz", lambda file: shutil.copyfileobj(source, file))
+        self._saved_at, self._saved = perf_counter(), session.done
+
+    def close(self) -> None:
+        """Write what is still in memory, a last checkpoint and the cost."""
+        if self._saved != self._session.done:
+            self._save()
+        self._recorder.close()
+        if self._session.done > self._first or not (self._path / "cost.json").exists():
+            write_json(self._path / "cost.json", self._cost())
+
+    def _wall(self) -> float:
+        return self._wall_before + perf_counter() - self._began
+
+    def _cost(self) -> dict[str, object]:
+        wall, done = self._wall(), self._session.done
+        seconds = self._session.seconds | {"record": self._seconds}
+        return {
+            "wall_s": wall,
+            "frames": done,
+            "frames_per_s": done / wall if wall else None,
+            "peak_memory_bytes": _peak_memory(),
+            "microseconds_per_frame": {part: 1e6 * seconds[part] / max(1, done) for part in (*PARTS, "record")},
+        }
+
+
+def _peak_memory() -> int:
+    """Most memory that this process has had, bytes; macOS tells bytes, other systems kilobytes."""
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak if sys.platform == "darwin" else peak * 1024
+
+
+def _prepare(path: Path) -> None:
+    """Make the folder that was asked for, if it is not there and empty."""
+    with _said_of_folder(path):
+        if path.exists() and not path.is_dir():
+            raise DescriptionError(f"The output folder {path} is a file. Name another with --out.")
+        path.mkdir(parents=True, exist_ok=True)
+        if any(path.iterdir()):
+            raise DescriptionError(f"The output folder {path} is not empty. Name another with --out, or empty it.")
+
+
+@contextmanager
+def _said_of_folder(path: Path) -> Iterator[None]:
+    try:
+        yield
+    except FileExistsError:
+        raise
+    except OSError as error:
+        raise DescriptionError(
+            f"Cannot write to the output folder {path}: {error.strerror}. Name another with --out."
+        ) from error
+
+
+def _plain(description: Description) -> dict[str, Any]:
+    """A description as JSON has it."""
+    table: dict[str, Any] = description.model_dump(mode="json")
+    return table
+
+
+def _author(session: Session) -> dict[str, Any]:
+    """Versions, code, commit, Python and platform."""
+    return {"versions": versions(), **written_by(session.parts)}
+
+
+def _author_tables(session: Session) -> dict[str, Any]:
+    author = _author(session)
+    return {"versions": author.pop("versions"), "written_by": author}
+
+
+def _without_none(value: Any) -> Any:
+    """TOML has no null: an absent key means the default."""
+    if isinstance(value, dict):
+        return {k: _without_none(v) for k, v in value.items() if v is not None}
+    return [_without_none(v) for v in value] if isinstance(value, list) else value

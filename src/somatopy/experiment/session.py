@@ -1,0 +1,445 @@
+"""The simulation apart from any file: one frame after the other, always in the same order."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
+from itertools import chain
+from time import perf_counter
+from typing import Any, Self
+
+import numpy as np
+
+from somatopy.clock import FRAME
+from somatopy.contract import Babbler, Body, Eye, Intervention, Learner, Recorded, Resumable, SharesArm
+from somatopy.experiment.building import built, hand_over, said_of
+from somatopy.experiment.columns import check_names, vector_columns
+from somatopy.experiment.context import Context, stream
+from somatopy.experiment.description import Description, DescriptionError
+from somatopy.experiment.frame import PARTS, Frame, Sink
+from somatopy.experiment.phases import PhaseInterventions, Place
+from somatopy.experiment.provenance import code_of
+from somatopy.percept import Column, Floats, Percept, Picture, Reading, Sighting
+from somatopy.registry import HANDED_OVER, Settings
+
+__all__ = ["Session"]
+
+#: What a column has in frames of which its part says nothing.
+_SILENT: dict[str, float] = {"float": float("nan"), "int": -1, "bool": False}
+
+
+class Session:
+    """Robot, eye, babbler, learner and interventions of a description, ready to run; it writes nothing.
+
+    Iterating it gives one `Frame` after the other, each after the body has advanced, until all phases have ended.
+    Between two frames `state()` is whole. Building it finds all that is wrong with a description, before anything
+    runs. Whoever iterates it decides when to stop; sinks look on.
+
+    Each part may be handed over instead of the description's: as a class or a function that makes it, body, eye and
+    babbler also as they are. What they are made from: a body from nothing, an eye from the body, a babbler from the
+    arm's joints, its start posture (n_arm,) rad and a generator, a learner from a `Robot` and a generator, an
+    intervention from nothing.
+
+    Args:
+        description: what to run.
+        body: a robot of your own.
+        eye: an eye of your own.
+        babbler: a babbler of your own.
+        learner: a learner of your own.
+        interventions: interventions of your own by the name of their phase, after those of the description.
+
+    Attributes:
+        description: the same, naming the parts that were handed over.
+        body: the robot.
+        eye: what finds the marker.
+        babbler: what moves the arm.
+        learner: what moves the head.
+        done: frames so far.
+        hits: frames so far in which the marker was detected.
+        seconds: wall time by part of the frame, of all frames so far.
+
+    Raises:
+        DescriptionError: the description, or a part, does not fit the robot or its contract.
+        BodyError: the robot's model or anatomy does not fit.
+        NoGL: the eye needs pictures and no OpenGL works here.
+
+    Example:
+        >>> from somatopy import paper
+        >>> description = paper().replaced(body={"motion": "kinematic"}, eye={"kind": "geometric"})
+        >>> with Session(description) as session:
+        ...     frame = next(session)
+        >>> frame.number, frame.begins, frame.gaze.shape
+        (0, True, (2,))
+    """
+
+    def __init__(
+        self,
+        description: Description,
+        *,
+        body: Any = None,
+        eye: Any = None,
+        babbler: Any = None,
+        learner: Any = None,
+        interventions: Mapping[str, Iterable[Any]] | None = None,
+    ) -> None:
+        own = {"body": body, "eye": eye, "babbler": babbler, "learner": learner, "interventions": interventions}
+        self.description = hand_over(description, **own)
+        seed = self.description.seed
+        with ExitStack() as undo:
+            self.body: Body = built("body", Body, self.description.body, Context(self.description))
+            undo.callback(self.body.close)
+            self._reading = self.body.reset(seed)
+            self._start = self._reading.arm
+            self.eye: Eye = self._build("eye", Eye, self.description.eye, "eye")
+            self.babbler: Babbler = self._build("babbling", Babbler, self.description.babbling, "babbling")
+            self.learner: Learner = self._build_learner("learner")
+            self._phases = [self._build_phase(index) for index in range(len(self.description.phases))]
+            self.columns = self._declare_columns()
+            self._try_drawing()
+            undo.pop_all()
+        self._sinks: list[Sink] = []
+        self._draws, self._drawn_late = False, 0.0
+        self._held: int | None = None
+        self._whole = True
+        self._starts = np.cumsum([0, *(phase.frames for phase in self.description.phases)]).tolist()
+        self.done = self.hits = 0
+        self.seconds = dict.fromkeys(PARTS, 0.0)
+
+    # -- one frame -----------------------------------------------------------------------------------------------------
+
+    def __iter__(self) -> Iterator[Frame]:
+        return self
+
+    def __next__(self) -> Frame:
+        """One frame of 1/15 s. The order is an invariant of the experiment.
+
+        Raises:
+            StopIteration: all phases have ended.
+            RuntimeError: the frame before was broken off by an error.
+        """
+        if self.done == self._starts[-1]:
+            raise StopIteration
+        if not self._whole:
+            raise RuntimeError(f"Frame {self.done} was broken off; restore() a state before going on.")
+        self._whole = False
+        index = self._enter() if self._held is None else self._held
+        phase, reading = self._phases[index], self._reading
+        began = perf_counter()
+        sighting = self.eye.look(reading)  # 1 sense
+        seen = perf_counter()
+        target = self.babbler.command(reading.time)  # 2 babble
+        babbled = perf_counter()
+        percept = phase.sense(_percept(reading, sighting))  # 3 what interventions make of it
+        sensed = perf_counter()
+        self.learner.observe(percept)  # 4 to 7: normalise, maps learn, winners, links learn
+        gaze = self.learner.gaze(percept)  # 8 gaze
+        learned = perf_counter()
+        probes, drawn = self._probes(phase), self._draw(reading)
+        shown = perf_counter()
+        self._reading = self.body.step(*phase.act(target, gaze))  # 9 the body advances, as interventions let it
+        stepped = perf_counter()
+        seconds = {
+            "physics": stepped - shown,
+            "render": drawn,
+            "detect": seen - began - (drawn - self._drawn_late),
+            "babble": babbled - seen,
+            "damage": sensed - babbled,
+            "learn": learned - sensed,
+        }
+        first, last = self._starts[index], self._starts[index + 1] - 1
+        frame = Frame(
+            number=self.done,
+            phase=index,
+            begins=self.done == first,
+            ends=self.done == last,
+            reading=reading,
+            sighting=sighting,
+            percept=percept,
+            target=target,
+            gaze=gaze,
+            clipped=self._reading.head_command,
+            probes=probes,
+            seconds=seconds,
+        )
+        self._count(frame)
+        return frame
+
+    def _enter(self) -> int:
+        """Begin the phase of the next frame; its index."""
+        index = self.phase
+        self._phases[index].begin()
+        self._take_hold(index)
+        return index
+
+    def _draw(self, reading: Reading) -> float:
+        """Draw the picture for sinks that need it, and tell how long drawing took, whoever asked for it."""
+        picture, self._drawn_late = reading.image, 0.0
+        if picture is None:
+            return 0.0
+        drawn = picture.seconds if isinstance(picture, Picture) else 0.0
+        if self._draws:
+            start = perf_counter()
+            picture()
+            self._drawn_late = perf_counter() - start
+        return drawn + self._drawn_late
+
+    def _take_hold(self, index: int) -> None:
+        if isinstance(self.body, SharesArm) and self._phases[index].move_arm:
+            self.body.unshare_arm()
+        self._phases[index].hold()
+        self._held = index
+        if isinstance(self.body, Resumable):
+            self._reading = self.body.restore(self.body.state())  # sensed again: as it is now
+
+    def _count(self, frame: Frame) -> None:
+        """Count a frame, end its phase if it is the last one, and show it to the sinks."""
+        self.done += 1
+        self.hits += frame.sighting is not None
+        for part, took in frame.seconds.items():
+            self.seconds[part] += took
+        if frame.ends:
+            self._let_go()
+        self._whole = True
+        for sink in self._sinks:
+            sink(frame)
+
+    @property
+    def phase(self) -> int:
+        """Index of the phase of the next frame; at the end, of the last one."""
+        return self._phase_of(min(self.done, max(self._starts[-1] - 1, 0)))
+
+    @property
+    def reached(self) -> int:
+        """Index of the phase of the last frame; before the first frame, of that one."""
+        return self._phase_of(max(self.done - 1, 0))
+
+    def _phase_of(self, frame: int) -> int:
+        return min(bisect_right(self._starts, frame), len(self._phases)) - 1
+
+    @property
+    def ends(self) -> list[int]:
+        """The frame after the last one of each phase."""
+        return list(self._starts[1:])
+
+    def _probes(self, parts: PhaseInterventions) -> dict[str, float]:
+        """What the parts say of this frame; interventions of other phases have nothing to say."""
+        found = {**self._silent, **self.learner.probes()}
+        for part in (self.eye, *parts.interventions) if self._others_record else ():
+            if isinstance(part, Recorded):
+                found.update(part.probes())
+        return found
+
+    # -- looking on, stopping, going on --------------------------------------------------------------------------------
+
+    def attach(self, sink: Sink, pictures: bool = False) -> None:
+        """Show a sink every frame from now on, after the body has advanced and before the frame is given out.
+
+        Args:
+            sink: called with each frame; what it returns is ignored.
+            pictures: whether it asks for the frame's picture, `frame.reading.image()`. It is then drawn in time.
+        """
+        self._sinks.append(sink)
+        self._draws |= pictures
+
+    def detach(self, sink: Sink) -> None:
+        """Show a sink no frame any more."""
+        self._sinks.remove(sink)
+
+    @property
+    def whole(self) -> bool:
+        """Whether `state` can be taken: always between two frames, and never after one was broken off."""
+        return self._whole
+
+    @property
+    def interventions(self) -> list[list[Intervention]]:
+        """The interventions of each phase."""
+        return [phase.interventions for phase in self._phases]
+
+    @property
+    def parts(self) -> list[object]:
+        """Body, eye, babbler, learner and all interventions."""
+        return [self.body, self.eye, self.babbler, self.learner, *chain.from_iterable(self.interventions)]
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Undo what interventions hold, and release what the body holds; a second call does nothing."""
+        try:
+            self._let_go()
+        finally:
+            self.body.close()
+
+    @contextmanager
+    def holding(self, phase: int) -> Iterator[None]:
+        """For as long as the context lasts, the interventions of a phase hold body and learner as in its frames.
+
+        Args:
+            phase: its index; the phase under way may be another one, which takes hold again afterwards.
+        """
+        before = self._held
+        if phase == before:
+            yield
+            return
+        self._let_go()
+        self._take_hold(phase)
+        try:
+            yield
+        finally:
+            self._let_go()
+            if before is not None:
+                self._take_hold(before)
+
+    def _let_go(self) -> None:
+        """Undo what the interventions of a phase hold."""
+        if self._held is not None:
+            self._phases[self._held].release()
+            self._held = None
+
+    def sense(self, percept: Percept) -> Percept:
+        """What the interventions that hold now make of a percept."""
+        return percept if self._held is None else self._phases[self._held].sense(percept)
+
+    @property
+    def resumable(self) -> bool:
+        """Whether `state` and `restore` are possible: the body decides."""
+        return isinstance(self.body, Resumable)
+
+    def state(self) -> dict[str, Any]:
+        """All that a bit-exact continuation needs, as arrays and plain values.
+
+        Raises:
+            DescriptionError: the body cannot be resumed.
+        """
+        return {
+            "body": self._resumable_body().state(),
+            "babbler": self.babbler.state(),
+            "learner": self.learner.state(),
+            "interventions": {str(index): parts.state() for index, parts in enumerate(self._phases)},
+            "done": self.done,
+            "hits": self.hits,
+            "seconds": dict(self.seconds),
+        }
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Stand where a `state()` of the same description stood, with what interventions held there.
+
+        Raises:
+            DescriptionError: the body cannot be resumed.
+        """
+        body = self._resumable_body()
+        self._let_go()
+        self._whole = True
+        self.done, self.hits, self.seconds = int(state["done"]), int(state["hits"]), dict(state["seconds"])
+        self._reading = body.restore(state["body"])
+        self.babbler.restore(state["babbler"])
+        self.learner.restore(state["learner"])
+        for index, start in enumerate(self._starts[:-1]):
+            if start < self.done:
+                self._phases[index].restore(state["interventions"][str(index)])
+            else:  # has not begun; in a fork it may be another phase than where the state comes from
+                self._phases[index] = self._build_phase(index)
+        if self._starts[self.phase] < self.done < self._starts[-1]:
+            self._phases[self.phase].hold()
+            self._held = self.phase
+            self._reading = body.restore(state["body"])  # sensed again: as it is now
+
+    def _resumable_body(self) -> Resumable:
+        if not isinstance(self.body, Resumable):
+            kind = self.description.body.kind
+            raise DescriptionError(f"The body {kind!r} has no state() and restore(): its runs cannot be resumed.")
+        return self.body
+
+    # -- one arm movement for all runs of a seed -----------------------------------------------------------------------
+
+    def share_arm(self, compute: bool = False) -> bool:
+        """Let the arm's physics be taken from the user's cache, where this seed's movement is kept.
+
+        Babbling looks at nothing but the clock, so that runs with other learners have the same movement. No bit of any
+        frame changes. It ends where an intervention changes the body or the arm's target.
+
+        Args:
+            compute: whether to compute and keep the movement if it is not kept yet.
+
+        Returns:
+            Whether it is used: the body must be one whose arm moves alone, by physics.
+        """
+        body, babbling = self.body, self.description.babbling
+        if not isinstance(body, SharesArm):
+            return False
+        said = self.description.model_dump_json(include={"seed", "babbling"}), code_of([self.babbler])
+        targets = self._arm_targets if compute else None
+        is_known = not babbling.kind.startswith(HANDED_OVER)
+        return is_known and body.share_arm(repr(said).encode(), self.description.frames, targets)
+
+    def _arm_targets(self) -> Floats:
+        """What the babbler will say in each frame, shape (frames, n_arm), rad."""
+        babbler: Babbler = self._build("babbling", Babbler, self.description.babbling, "babbling")
+        return np.array([babbler.command(frame * FRAME) for frame in range(self.description.frames)])
+
+    # -- building ------------------------------------------------------------------------------------------------------
+
+    def _context(self, name: str) -> Context:
+        return Context(self.description, self.body, stream(self.description.seed, name), self._start)
+
+    def _build(self, key: str, contract: type, settings: Settings, name: str) -> Any:
+        return built(key, contract, settings, self._context(name))
+
+    def _build_learner(self, name: str) -> Any:
+        return self._build("learner", Learner, self.description.learner, name)
+
+    def renew_learner(self, name: str) -> None:
+        """Put a learner that has learned nothing in the place of the one that is there.
+
+        Args:
+            name: of the random stream that it draws from.
+        """
+        self.learner = self._build_learner(name)
+
+    def _try_drawing(self) -> None:
+        """Draw a picture if frames will need them: a machine that cannot says so before anything runs."""
+        if getattr(self.eye, "needs_pictures", False) and self._reading.image is not None:
+            self._reading.image()
+
+    def _declare_columns(self) -> tuple[Column, ...]:
+        """The columns of eye, learner and interventions; an intervention that stands in two phases counts once."""
+        owners: list[tuple[str, Any]] = [("the eye", self.eye), ("the learner", self.learner)]
+        for phase, parts in zip(self.description.phases, self._phases, strict=True):
+            kinds = [settings.kind for settings in phase.interventions]
+            owners += [(f"the {kind} intervention", i) for kind, i in zip(kinds, parts.interventions, strict=True)]
+        found = {(name, column): None for name, part in owners for column in _columns_of(part)}
+        recording = [part for _, part in owners if part is not self.learner and _columns_of(part)]
+        self._others_record = bool(recording)
+        self._silent = {c.name: _SILENT[c.type] for part in recording for c in _columns_of(part)}
+        try:
+            check_names([*(("a frame", column) for column, _, _ in vector_columns(self.body)), *found])
+        except ValueError as error:
+            raise DescriptionError(f"Frames cannot be recorded: {error}.") from error
+        return tuple(column for _, column in found)
+
+    def _build_phase(self, index: int) -> PhaseInterventions:
+        phase, places = self.description.phases[index], []
+        for number, settings in enumerate(phase.interventions):
+            name = f"phase {index} intervention {number}"
+            key = f"phases.{index} ({phase.name!r})"
+            intervention = self._build(key, Intervention, settings, name)
+            place = Place(self, intervention, stream(self.description.seed, name), f"learner of phase {index}")
+            with said_of(f"{key}, {settings.kind}"):
+                intervention.check(place)
+            places.append(place)
+        return PhaseInterventions(places)
+
+
+def _columns_of(part: Any) -> Sequence[Column]:
+    declared: Sequence[Column] = getattr(part, "columns", ())
+    return declared
+
+
+def _percept(reading: Reading, sighting: Sighting | None) -> Percept:
+    return Percept(
+        reading.time, reading.arm, reading.head, reading.arm_command, reading.head_command, sighting, reading.dt
+    )

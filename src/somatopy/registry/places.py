@@ -1,0 +1,94 @@
+"""Where parts stand: `module:Name`, names of kinds and entry points, and what stands there."""
+
+from __future__ import annotations
+
+import importlib
+import re
+import sys
+from collections.abc import Callable
+from functools import cache
+from importlib.metadata import entry_points
+from operator import attrgetter
+from pathlib import Path
+from typing import Any
+
+__all__ = [
+    "HANDED_OVER",
+    "NAMES",
+    "NOT_BY_PLACE",
+    "UnknownKind",
+    "entry_points_of",
+    "found",
+    "is_importable",
+    "place_of",
+    "said",
+]
+
+#: Leads the kind of a part that was handed over and cannot be imported.
+HANDED_OVER = "handed over:"
+#: What the names of parts have in them that no import can reach: local functions and classes, and instances.
+NOT_BY_PLACE = re.compile(rf"<\w+>|^{HANDED_OVER}")
+#: The names of kinds by the places of their settings or parts.
+NAMES: dict[str, str] = {}
+
+
+class UnknownKind(ValueError):
+    """A kind that cannot be found; the message says which there are, and how to name one of your own."""
+
+
+def _group_of(sort: str) -> str:
+    """The group of entry points for a sort of parts."""
+    return "somatopy.bodies" if sort == "body" else f"somatopy.{sort}s"
+
+
+@cache
+def entry_points_of(sort: str) -> dict[str, str]:
+    """Kinds that installed packages offer: name and place."""
+    return {entry.name: entry.value for entry in entry_points(group=_group_of(sort))}
+
+
+def is_importable(module: str, attribute: str) -> bool:
+    return all(name.isidentifier() for name in [*module.split("."), *attribute.split(".")])
+
+
+def said(kind: Any) -> str:
+    """What to call a kind in an error."""
+    return kind if isinstance(kind, str) else str(getattr(kind, "__qualname__", kind))
+
+
+def place_of(part: Callable[..., Any]) -> str:
+    """`module:Name` of a class or function; of what does not stand there, such as a partial one, no place."""
+    named = part if hasattr(part, "__qualname__") else type(part)
+    module, names = getattr(named, "__module__", None) or "", str(named.__qualname__)
+    if module == "__main__" or NOT_BY_PLACE.search(names):
+        return f"{module}:{names}"
+    try:
+        stands_there = attrgetter(names)(sys.modules.get(module)) is part
+    except AttributeError:
+        stands_there = False
+    return f"{module}:{names}" if stands_there else f"{HANDED_OVER}{module}.{names}"
+
+
+def found(module: str, attribute: str) -> Any:
+    """What stands at a place: of an installed module, or else of one in the current folder."""
+    here = str(Path.cwd())
+    try:
+        try:
+            found = importlib.import_module(module)
+        except ModuleNotFoundError as error:
+            if error.name is None or not f"{module}.".startswith(f"{error.name}.") or here in sys.path:
+                raise
+            sys.path.append(here)
+            importlib.invalidate_caches()
+            found = importlib.import_module(module)
+    except ImportError as error:
+        raise UnknownKind(f"cannot be imported ({error}); looked among the installed packages and in {here}") from error
+    except Exception as error:
+        raise UnknownKind(f"cannot be imported: {module} fails with {type(error).__name__}: {error}") from error
+    thing: Any = found
+    for name in attribute.split("."):
+        if not hasattr(thing, name):
+            there = [key for key, value in vars(thing).items() if getattr(value, "__module__", None) == module]
+            raise UnknownKind(f"does not exist: {module} has no {name}; it has {', '.join(there) or 'nothing'}")
+        thing = getattr(thing, name)
+    return thing

@@ -1,0 +1,83 @@
+"""A folder's figures and page as the command line makes them: nothing of what the run was made of is imported."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from somatopy.analysis.runs import RunFolderError
+from somatopy.bodies import BodyError, NoGL
+from somatopy.cli.report import illustrate, shots
+from somatopy.experiment import film
+
+RENDERED = ('kind = "geometric"', 'kind = "fiducial"')
+
+
+def photographs(asked: list[Any]) -> Any:
+    """A camera that keeps what it is asked for."""
+
+    def take(body: Any, arms: Any, heads: Any) -> list[film.Photograph]:
+        asked.append((body, np.array(arms), np.array(heads)))
+        return [film.Photograph(np.zeros((24, 32, 3), np.uint8), {}, None) for _ in arms]
+
+    return take
+
+
+def test_parts_are_never_imported(twinless_run: Any, edited: Any, monkeypatch: Any, tmp_path: Path) -> None:
+    """Body, eye, learner and intervention of one's own may break when imported, or be gone: the report is whole."""
+    (tmp_path / "mine.py").write_text("raise SystemExit('imported')")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    kinds = (('"my_lab.arms:RealArm"', '"mine:Arm"'), ('"geometric"', '"mine:Eye"'))
+    run = edited(twinless_run, *kinds, ('"hebbian"', '"mine:Learner"'), ("'offset'", "'mine.harm:Tremor'"))
+    text = illustrate(run.path).read_text(encoding="utf-8")
+    assert "Learner learner · Eye eye · seed 7" in text and "damaged (Tremor)" in text
+    assert "mine" not in sys.modules
+
+
+@pytest.mark.parametrize("own", [("mujoco", "my_lab:Body"), ("fiducial", "my_lab:Eye")])
+def test_only_somatopys_own_bodies_and_eyes_are_filmed(
+    rich_copy: Any, edited: Any, monkeypatch: Any, own: tuple[str, str]
+) -> None:
+    """Pictures are drawn at the recorded postures, from the table of the body; another body or eye is not asked."""
+    asked: list[Any] = []
+    monkeypatch.setattr(film, "photographs", photographs(asked))
+    run = edited(rich_copy, RENDERED)
+    frames = [shot.frame for shot in shots(run)]
+    ((body, arms, heads),) = asked
+    assert body == run.description["body"] and frames
+    np.testing.assert_array_equal(arms, run.postures("arm")[frames])
+    np.testing.assert_array_equal(heads, run.postures("head")[frames])
+    assert shots(edited(run, own)) == [] and len(asked) == 1
+
+
+@pytest.mark.parametrize("error", [NoGL("no OpenGL here"), BodyError("my_robot.toml is gone")])
+def test_what_cannot_be_filmed_is_said(
+    rich_copy: Any, edited: Any, monkeypatch: Any, capsys: Any, error: Exception
+) -> None:
+    """Without OpenGL, or without the robot's file, the report is whole but for the filmstrip."""
+
+    def fail(*_: Any) -> None:
+        raise error
+
+    monkeypatch.setattr(film, "photographs", fail)
+    assert illustrate(edited(rich_copy, RENDERED).path).is_file()
+    assert capsys.readouterr().err == f"No filmstrip: {error}\n"
+
+
+def test_a_rendered_run_without_postures_has_no_filmstrip(make_run: Any, edited: Any) -> None:
+    """There is nothing to draw it from."""
+    assert shots(edited(make_run(np.ones(900)), RENDERED)) == []
+
+
+def test_another_format_is_refused_before_anything_is_written(rich_copy: Any, edited: Any) -> None:
+    """One sentence, and the folder is as it was."""
+    old = edited(rich_copy, ("format = 2\n", ""))
+    before = {path.name for path in old.path.iterdir()}
+    with pytest.raises(RunFolderError, match=r"was recorded in an older format, .* or run its experiment again\.$"):
+        illustrate(old.path)
+    assert {path.name for path in old.path.iterdir()} == before
