@@ -241,11 +241,12 @@ class View:
     @property
     def gaze_error(self) -> float:
         """Angle between the optical axis and the line from camera to marker, rad."""
-        ray = self.marker[:3] - self.camera[:3]
-        axis = -self.camera[5::3]
-        along = float(axis @ ray)
-        across = ray - along * axis
-        return math.atan2(math.sqrt(float(across @ across)), along)
+        x0, y0, z0, _, _, ax, _, _, ay, _, _, az = self.camera.tolist()
+        x, y, z = self.marker[:3].tolist()
+        x, y, z = x - x0, y - y0, z - z0
+        along = -(ax * x + ay * y + az * z)
+        across = x + along * ax, y + along * ay, z + along * az
+        return math.atan2(math.hypot(*across), along)
 
 
 class Picture:

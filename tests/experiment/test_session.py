@@ -610,3 +610,83 @@ def test_an_eye_that_needs_pictures_finds_out_at_once_that_there_are_none(
         Session(short(eye={"kind": "fiducial"}))
     assert len(closed) == 1
     assert FiducialEye.needs_pictures
+
+
+# -- one arm movement for all runs of a seed ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("learner", ["hebbian", "random", "fixed"])
+def test_the_arm_moves_the_same_whatever_moves_the_head(short: Short, learner: str) -> None:
+    """With physics: all that is sensed of the arm, its commands, and what the learner perceives, to the last bit."""
+    described = short(body={"motion": "dynamic"}, learner={"kind": learner}, phases=[{"frames": 600}])
+    with Session(short(body={"motion": "dynamic"}, learner={"kind": "nearest"}, phases=[{"frames": 600}])) as session:
+        expected = [arm_of(frame) for frame in session]
+    with Session(described) as session:
+        assert all(same(arm_of(frame), one) for frame, one in zip(session, expected, strict=True))
+
+
+def arm_of(frame: Frame) -> list[Floats]:
+    return [frame.reading.arm, frame.reading.arm_command, frame.percept.arm, frame.percept.arm_command, frame.target]
+
+
+@pytest.fixture
+def own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty folder for what is kept between runs."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    return tmp_path / "cache"
+
+
+def test_a_shared_arm_changes_no_bit(short: Short, own_cache: Path) -> None:
+    """Computed, found again by another learner, and left where an intervention moves the arm: the same frames."""
+    phases = [{"name": name, "frames": 150} for name in "abc"]
+    for learner in ("hebbian", "random"):
+        for parts in ({}, {"interventions": {"b": [Shift], "c": [Jolt]}}):
+            described = short(body={"motion": "dynamic"}, learner={"kind": learner}, phases=phases)
+            found = {}
+            for shares in (False, True):
+                with Session(described, **parts) as session:
+                    assert session.share_arm(compute=True) is True if shares else True
+                    frames, states = [], []
+                    for frame in session:
+                        frames.append(shown(frame))
+                        if frame.number % 50 == 0:
+                            states.append(session.state() | {"seconds": None})
+                    found[shares] = frames, states
+            assert same(found[False], found[True])
+    assert len(list((own_cache / "somatopy" / "arm").iterdir())) == 1
+
+
+def test_a_shared_arm_is_one_that_fits(short: Short, own_cache: Path) -> None:
+    """Nothing is computed unless asked for; another seed, range, speed or length has another movement."""
+    phases = [{"name": "a", "frames": 60}]
+    dynamic = {"motion": "dynamic"}
+    with Session(short(body=dynamic, phases=phases)) as session:
+        assert not session.share_arm()
+        assert session.share_arm(compute=True) and session.share_arm()
+    for change in (
+        {"seed": 4},
+        {"babbling": {"speed": 0.5}},
+        {"babbling": {"range": "confined"}},
+        {"phases": [{"name": "a", "frames": 61}]},
+        {"body": {"motion": "kinematic"}},
+    ):
+        with Session(short(**({"body": dynamic, "phases": phases} | change))) as session:
+            assert not session.share_arm()
+    with Session(short(body=dynamic, phases=phases, learner={"kind": "random"}), body=Stick, eye=Near) as session:
+        assert not session.share_arm(compute=True)
+
+
+def test_a_session_with_a_shared_arm_goes_on_from_its_states(short: Short, own_cache: Path) -> None:
+    """With the movement or without it, from a state that was taken with it or without it."""
+    described = short(body={"motion": "dynamic"}, phases=[{"frames": 120}])
+    with Session(described) as session:
+        session.share_arm(compute=True)
+        states = [session.state()] + [session.state() for _ in session]
+    with Session(described) as session:
+        expected = [shown(frame) for frame in session]
+    for moment in (0, 1, 59, 119):
+        for shares in (True, False):
+            with Session(described) as session:
+                session.restore(states[moment])
+                assert not shares or session.share_arm()
+                assert all(same(shown(frame), expected[frame.number]) for frame in session)

@@ -2,6 +2,7 @@
 
 from somatopy.bodies import _opengl  # noqa: F401 - before anything that imports mujoco
 from somatopy.bodies.anatomy import MODELS, Anatomy, Coupling, anatomy_path
+from somatopy.bodies.arm_track import ArmTrack, kept_track
 from somatopy.bodies.base import BodyError, Diverged
 from somatopy.bodies.check import check_body
 from somatopy.bodies.mujoco import Motion, Mujoco, MujocoBody
@@ -12,6 +13,7 @@ from somatopy.registry import BODIES
 __all__ = [
     "MODELS",
     "Anatomy",
+    "ArmTrack",
     "Body",
     "BodyError",
     "Coupling",
@@ -23,6 +25,7 @@ __all__ = [
     "anatomy_path",
     "check_body",
     "gl_backend",
+    "kept_track",
 ]
 
 BODIES.add("mujoco", "somatopy.bodies.mujoco:Mujoco")

@@ -14,6 +14,7 @@ import numpy as np
 from somatopy.bodies.anatomy import Anatomy
 from somatopy.bodies.base import BodyError
 from somatopy.bodies.marker import add_marker
+from somatopy.bodies.parts import cut, name_all, trees_of
 from somatopy.clock import FRAME
 from somatopy.percept import Marker
 
@@ -29,8 +30,10 @@ class Build:
 
     Attributes:
         model: the model; its step divides a frame.
+        parts: what is stepped in its place: a model of the arm and one of the head, with what belongs to them, or the
+            model itself where they cannot be parted; none in kinematic motion.
         substeps: physics steps in a frame.
-        servos: indices of the servos that ramp, in the order of arm and head joints; none in kinematic motion.
+        servos: names of the servos that ramp, in the order of arm and head joints; none in kinematic motion.
         calls_directly: whether MuJoCo's functions may be called from compiled code. Not so where the model says how
             much memory it takes: where that is too little, MuJoCo ends the process, unless it was called from Python.
         arm_solids: names of the arm's geoms that can touch.
@@ -38,8 +41,9 @@ class Build:
     """
 
     model: mujoco.MjModel
+    parts: tuple[mujoco.MjModel, ...]
     substeps: int
-    servos: tuple[int, ...]
+    servos: tuple[str, ...]
     calls_directly: bool
     arm_solids: tuple[str, ...]
     head_solids: tuple[str, ...]
@@ -76,7 +80,13 @@ def build(anatomy: Anatomy, marker: Marker, servos: bool, fovy: float | None = N
     model.opt.timestep = FRAME / substeps
     model.vis.map.znear = 0.001 / model.stat.extent
     model.vis.quality.shadowsize = model.vis.quality.offsamples = 0
-    return Build(model, substeps, tuple(servo.id for servo in ramping), spec.memory == -1, *solids)
+    parts = _parts(spec, model, anatomy) if servos else ()
+    return Build(model, parts, substeps, tuple(servo.name for servo in ramping), spec.memory == -1, *solids)
+
+
+def _parts(spec: mujoco.MjSpec, model: mujoco.MjModel, anatomy: Anatomy) -> tuple[mujoco.MjModel, ...]:
+    trees = trees_of(model, anatomy.arm.joints, anatomy.head.joints)
+    return (model,) if trees is None else tuple(cut(spec, model, some) for some in trees)
 
 
 def _parse(path: Path) -> mujoco.MjSpec:
@@ -108,8 +118,7 @@ def _require(spec: mujoco.MjSpec, anatomy: Anatomy, kind: str, names: Sequence[s
 def _part_arm_and_head(spec: mujoco.MjSpec, anatomy: Anatomy) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Arm and head pass through each other: a pair with a negative margin is noticed but exerts no force."""
     arm, head = (_solids(spec.joint(group.joints[0]).parent) for group in (anatomy.arm, anatomy.head))
-    for k, geom in enumerate([*arm, *head]):
-        geom.name = geom.name or f"somatopy_solid_{k}"
+    name_all(spec)
     for a, b in product(arm, head):
         spec.add_pair(geomname1=a.name, geomname2=b.name, margin=-1.0, gap=1.0)
     return tuple(g.name for g in arm), tuple(g.name for g in head)

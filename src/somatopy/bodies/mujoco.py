@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from copy import copy
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -17,12 +17,14 @@ from numpy.typing import ArrayLike
 from typing_extensions import Doc
 
 from somatopy.bodies.anatomy import Anatomy, anatomy_path
+from somatopy.bodies.arm_track import Arm, ArmTrack, kept_track
 from somatopy.bodies.base import BodyError, Diverged
+from somatopy.bodies.constants import saved
 from somatopy.bodies.layout import Layout
 from somatopy.bodies.limits import aim, clip_targets
 from somatopy.bodies.model import Build, build
+from somatopy.bodies.motion import Dynamic, Kinematic
 from somatopy.bodies.occluders import Occluders
-from somatopy.bodies.physics import Physics
 from somatopy.bodies.rendering import Renderer
 from somatopy.bodies.sensing import Sensing
 from somatopy.clock import FRAME
@@ -32,7 +34,6 @@ from somatopy.registry import BuildContext, Settings
 __all__ = ["Motion", "Mujoco", "MujocoBody", "OnHand", "Optics"]
 
 Motion = Literal["dynamic", "kinematic"]
-_ALL = mujoco.mjtState.mjSTATE_INTEGRATION
 
 
 class MujocoBody:
@@ -56,6 +57,7 @@ class MujocoBody:
         camera: the camera that the eye looks through.
         marker: the cube of tags.
         occluders: what can stand between camera and marker; their poses are in each reading's view.
+        arm_moves_alone: whether the arm moves the same to the last bit, whatever the head does: nothing couples them.
         ranges: babbling ranges by name, shape (n_arm, 2), rad: the anatomy's, and "mechanical", the joint limits.
         model: the compiled MuJoCo model.
         data: its state.
@@ -99,12 +101,8 @@ class MujocoBody:
         self._built, self.model, self.data = built, built.model, mujoco.MjData(built.model)
         self._layout = Layout.of(self.model, self.anatomy)
         self.arm, self.head = self._layout.arm, self._layout.head
-        self._stride = FRAME * np.concatenate(
-            [
-                np.minimum(group.velocity, speed)
-                for group, speed in zip((self.arm, self.head), self._speeds, strict=True)
-            ]
-        )
+        groups = zip((self.arm, self.head), self._speeds, strict=True)
+        self._stride = FRAME * np.concatenate([np.minimum(group.velocity, speed) for group, speed in groups])
         self.ranges: Mapping[str, Floats] = MappingProxyType(
             {"mechanical": self.arm.space.limits} | {name: np.array(r) for name, r in self.anatomy.ranges.items()}
         )
@@ -114,8 +112,9 @@ class MujocoBody:
         self._occluders = Occluders(self.model)
         self.occluders = self._occluders.shapes
         self._sensing = self._sensing_of(self.data)
-        self._physics = Physics(built, self.data, self._layout) if self.motion == "dynamic" else None
-        self._state_size = mujoco.mj_stateSize(self.model, _ALL)
+        moving = Dynamic if self.motion == "dynamic" else Kinematic
+        self._motion = moving(built, self.data, self._layout)
+        self.arm_moves_alone = self._motion.arm_moves_alone
         self._renderers: dict[tuple[str, int, int], Renderer] = {}
         self._imagined: mujoco.MjData | None = None
         self.reset()
@@ -131,8 +130,7 @@ class MujocoBody:
         self.data.qpos[self._layout.places] = self._setpoint
         self._target = self._setpoint.copy()
         self.data.ctrl[self._layout.others] = self.data.qpos[self._layout.rests]
-        if self._physics is not None:
-            self._physics.rest(self._setpoint)
+        self._motion.begin(self._setpoint)
         return self._sense(0.0)
 
     def step(self, arm: ArrayLike, head: ArrayLike) -> Reading:
@@ -147,27 +145,22 @@ class MujocoBody:
             Diverged: the physics became unstable. The body stands as it stood before.
         """
         targets = _vector("arm", arm, self.arm), _vector("head", head, self.head)
-        before = self.state() if self._physics is not None else {}
-        sensed = self.data.qpos[self._layout.places]
+        sensed, before, aimed = self.data.qpos[self._layout.places], self._setpoint.copy(), self._target.copy()
         if not aim(targets[0], targets[1], self._target, self._setpoint, sensed, self._stride, *self._limits):
             raise _not_finite(*targets)
-        if self._physics is None:
-            self.data.qpos[self._layout.places] = self._setpoint
-        else:
-            try:
-                self._physics.follow(before["setpoint"], self._setpoint, self._frame * FRAME)
-            except Diverged:
-                self.restore(before)
-                raise
+        try:
+            self._motion.move(before, self._setpoint, self._target, self._frame)
+        except Diverged:
+            self._setpoint, self._target = before, aimed
+            self._sense(FRAME)
+            raise
         self._frame += 1
         return self._sense(FRAME)
 
     def state(self) -> dict[str, Any]:
-        """MuJoCo's full integration state, set-points, targets and the frame count."""
-        physics = np.empty(self._state_size)
-        mujoco.mj_getState(self.model, self.data, physics, _ALL)
+        """MuJoCo's full integration state of what is stepped, set-points, targets and the frame count."""
         return {
-            "physics": physics,
+            "physics": self._motion.state(self._frame),
             "setpoint": self._setpoint.copy(),
             "target": self._target.copy(),
             "frame": np.int64(self._frame),
@@ -175,11 +168,53 @@ class MujocoBody:
 
     def restore(self, state: dict[str, Any]) -> Reading:
         """Continue bit for bit from a `state()` of the same body."""
-        mujoco.mj_setState(self.model, self.data, state["physics"], _ALL)
         self._setpoint = np.array(state["setpoint"], float)
         self._target = np.array(state["target"], float)
         self._frame = int(state["frame"])
+        self._motion.restore(np.asarray(state["physics"], float), self._frame, self._setpoint)
         return self._sense(FRAME if self._frame else 0.0)
+
+    def use_track(self, track: ArmTrack) -> bool:
+        """Take the arm's movement from a track; nothing else changes, in no bit of any reading or state.
+
+        The track leads from here on, until the arm's target is not the track's, a constant of the model has changed,
+        the body is placed or restored elsewhere, or the track ends. Then physics moves the arm on from there.
+
+        Returns:
+            Whether the arm stands where the track's does in this frame. If not, or where arms do not move by physics
+            and alone, the body goes on without.
+        """
+        return self._motion.use(track, self.arm, self._stride[: len(self.arm)], self._frame, self._setpoint)
+
+    def share_arm(self, key: bytes, frames: int, commands: Callable[[], Floats] | None) -> bool:
+        """Take the arm's movement from the user's cache; see `somatopy.contract.SharesArm`."""
+        track = kept_track(self, key, frames, commands)
+        return track is not None and self.use_track(track)
+
+    def unshare_arm(self) -> None:
+        """Move the arm by its own physics from here on; see `somatopy.contract.SharesArm`."""
+        self.drop_track()
+
+    def drop_track(self) -> None:
+        """Go on without a track."""
+        self._motion.drop(self._frame)
+
+    @property
+    def tracked(self) -> bool:
+        """Whether the arm's movement is taken from a track."""
+        return self._motion.tracked
+
+    def arm_alone(self) -> Arm:
+        """The arm, to be moved without the rest of this body, which must not move meanwhile.
+
+        Raises:
+            ValueError: the arm does not move by physics, or not alone.
+        """
+        if not (isinstance(self._motion, Dynamic) and self.arm_moves_alone):
+            raise ValueError(f"The arm of {self.anatomy.name} ({self.motion}) does not move by physics and alone.")
+        arm = Arm(self._motion.parts[0], self.arm, self._stride[: len(self.arm)])
+        arm.setpoint[:] = self._setpoint[: len(self.arm)]
+        return arm
 
     def close(self) -> None:
         """Free the renderers; a second call does nothing."""
@@ -223,9 +258,8 @@ class MujocoBody:
             raise _not_finite(*targets)
         self._setpoint = np.concatenate(targets)
         self._target = self._setpoint.copy()
-        self.data.qpos[self._layout.places], self.data.qvel[:] = self._setpoint, 0.0
-        if self._physics is not None:
-            self._physics.rest(self._setpoint)
+        self._motion.drop(self._frame)
+        self._motion.put(self._setpoint)
         return self._sense(0.0)
 
     def view(self, arm: ArrayLike, head: ArrayLike) -> View:
@@ -253,13 +287,15 @@ class MujocoBody:
 
         Where the model's file stands and which pictures were drawn do not count.
         """
-        model = copy(self.model)
-        model.vis.global_.offwidth = model.vis.global_.offheight = 0
-        saved = np.empty(mujoco.mj_sizeModel(model), np.uint8)
-        mujoco.mj_saveModel(model, None, saved)
         anatomy = self.anatomy.model_copy(update={"model": Path(self.anatomy.model.name)})
         said = (mujoco.mj_versionString(), self.motion, self._stride.tolist(), anatomy, self.camera, self.marker)
-        return hashlib.sha256(saved.tobytes() + repr(said).encode()).digest()
+        return hashlib.sha256(saved(self.model) + repr(said).encode()).digest()
+
+    def arm_fingerprint(self) -> bytes:
+        """A hash of all that the movement of an arm that moves alone depends on, besides its targets."""
+        arm = self.another().arm_alone()
+        limits = self.arm.lower, self.arm.upper, self._stride[: len(self.arm)], arm.setpoint, arm.part.state()
+        return hashlib.sha256(saved(arm.part.model) + b"".join(values.tobytes() for values in limits)).digest()
 
     def another(self) -> Self:
         """A second body like this one, at its start, with a copy of this one's model as it is now, injuries included.
@@ -267,7 +303,9 @@ class MujocoBody:
         Limits, camera and occluders are read from that model anew. Whoever asks for the body closes it.
         """
         second = copy(self)
-        second._take(replace(self._built, model=copy(self.model)))
+        model = copy(self.model)
+        parts = tuple(model if part is self.model else copy(part) for part in self._built.parts)
+        second._take(replace(self._built, model=model, parts=parts))
         return second
 
     # -- moving and sensing ------------------------------------------------------------------------------------------

@@ -1,0 +1,218 @@
+"""A stored arm movement: babbling is open loop, so that all runs of one seed can share the physics of their arm."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self
+from zipfile import BadZipFile
+
+import mujoco
+import numpy as np
+from numpy.typing import ArrayLike
+
+from somatopy.bodies.limits import advance_setpoints, clip_targets
+from somatopy.bodies.physics import Physics
+from somatopy.files import cache_folder, write_whole
+from somatopy.percept import Floats, JointGroup
+
+if TYPE_CHECKING:
+    from somatopy.bodies.mujoco import MujocoBody
+
+__all__ = ["EVERY", "Arm", "ArmTrack", "Player", "kept_track"]
+
+#: Frames from one stored state to the next: between them the arm is stepped again where its state is asked for.
+EVERY = 900
+_UNCOUPLED: Any = (-1, -1, np.zeros(1), np.zeros(1), np.zeros(1))
+
+
+class Arm:
+    """The arm moving by itself.
+
+    Args:
+        part: what is stepped of it.
+        group: its joints.
+        stride: largest change of each set-point in a frame, shape (n_arm,), rad.
+
+    Attributes:
+        setpoint: set-points, shape (n_arm,), rad.
+    """
+
+    def __init__(self, part: Physics, group: JointGroup, stride: Floats) -> None:
+        self.part, self._group, self._stride = part, group, stride
+        self.setpoint = np.zeros(len(group))
+
+    def clipped(self, command: Floats) -> Floats:
+        """A target, shape (n_arm,), rad, inside the limits."""
+        target = command.copy()
+        clip_targets(target, self._group.lower, self._group.upper, *_UNCOUPLED)
+        return target
+
+    def step(self, target: Floats) -> None:
+        """Move towards a clipped target, shape (n_arm,), rad, for one frame."""
+        before = self.setpoint.copy()
+        advance_setpoints(self.setpoint, before, target, self._stride, *_UNCOUPLED)
+        self.part.follow(before, self.setpoint, 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class ArmTrack:
+    """An arm's movement from its start on.
+
+    Attributes:
+        targets: the clipped target in each frame, shape (frames, n_arm), rad.
+        places: positions of all joints that move with the arm, at the start and at each frame's end, shape
+            (frames + 1, m), rad.
+        states: all that the physics of these joints holds, every `EVERY` frames from the start on, shape (k, size).
+        setpoints: set-points at these moments, shape (k, n_arm), rad.
+    """
+
+    targets: Floats
+    places: Floats
+    states: Floats
+    setpoints: Floats
+
+    def __len__(self) -> int:
+        return len(self.targets)
+
+    @classmethod
+    def of(cls, body: MujocoBody, commands: ArrayLike) -> Self:
+        """The movement of a body's arm, whatever its head does.
+
+        Args:
+            body: a body whose arm moves alone, by physics; it is left as it is.
+            commands: the arm's target in each frame from the start on, shape (frames, n_arm), rad.
+
+        Raises:
+            ValueError: the arm does not move by physics, or not alone.
+            Diverged: the physics became unstable.
+        """
+        second = body.another()
+        arm = second.arm_alone()
+        targets = np.stack([arm.clipped(command) for command in np.array(commands, float)])
+        places, states, setpoints = [arm.part.places], [], []
+        for frame, target in enumerate(targets):
+            if frame % EVERY == 0:
+                states.append(arm.part.state())
+                setpoints.append(arm.setpoint.copy())
+            arm.step(target)
+            places.append(arm.part.places)
+        return cls(targets, np.array(places), np.array(states), np.array(setpoints))
+
+    def save(self, path: Path) -> None:
+        """Write it to a file, whole or not at all."""
+        first = np.flatnonzero(np.append(True, (np.diff(self.targets, axis=0) != 0).any(axis=1)))
+        write_whole(
+            path,
+            lambda file: np.savez(
+                file,
+                first=first,
+                targets=self.targets[first],
+                frames=np.int64(len(self)),
+                places=self.places,
+                states=self.states,
+                setpoints=self.setpoints,
+            ),
+        )
+
+    @classmethod
+    def load(cls, path: Path) -> Self:
+        """Read it from a file.
+
+        Raises:
+            OSError: there is no such file.
+            ValueError: what stands there is no track.
+        """
+        try:
+            with np.load(path, allow_pickle=False) as file:
+                lengths = np.diff(np.append(file["first"], file["frames"]))
+                targets = np.repeat(file["targets"], lengths, axis=0)
+                return cls(targets, file["places"], file["states"], file["setpoints"])
+        except (KeyError, ValueError, EOFError, BadZipFile) as error:
+            raise ValueError(f"{path} is no arm movement: {error}.") from error
+
+
+class Player:
+    """Leads an arm along a track.
+
+    Args:
+        track: the movement.
+        arm: whose movement it is.
+    """
+
+    def __init__(self, track: ArmTrack, arm: Arm) -> None:
+        self._track, self._arm, self._at = track, arm, -1
+
+    def leads(self, frame: int, target: Floats) -> bool:
+        """Whether the track has this frame, and its arm went for this clipped target, shape (n_arm,), in it."""
+        return frame < len(self._track) and bool((self._track.targets[frame] == target).all())
+
+    def show(self, frame: int) -> None:
+        """Bring the whole model's joints to where they are at a frame's end."""
+        self._arm.part.show_at(self._track.places[frame + 1])
+
+    def fits(self, frame: int, setpoint: Floats) -> bool:
+        """Whether the arm as it is, with its set-points, shape (n_arm,), rad, is that of the track at a frame."""
+        now, self._at = self._arm.part.state(), -1
+        if frame <= len(self._track):
+            self.catch_up(frame)
+            if self._arm.part.state().tobytes() == now.tobytes() and (self._arm.setpoint == setpoint).all():
+                return True
+        self._arm.part.restore(now)
+        return False
+
+    def catch_up(self, frame: int) -> None:
+        """Bring the arm's physics to where the track is at a frame, from the last stored state before it."""
+        stored = min(frame // EVERY, len(self._track.states) - 1)
+        if not stored * EVERY <= self._at <= frame:
+            self._at = stored * EVERY
+            self._arm.part.restore(self._track.states[stored])
+            self._arm.setpoint[:] = self._track.setpoints[stored]
+        for target in self._track.targets[self._at : frame]:
+            self._arm.step(target)
+        self._at = frame
+
+
+def kept_track(body: MujocoBody, key: bytes, frames: int, commands: Callable[[], ArrayLike] | None) -> ArmTrack | None:
+    """The movement of a body's arm; kept in the user's cache folder and looked up there.
+
+    Args:
+        body: the robot.
+        key: all that the targets depend on, such as the babbler's settings and seed.
+        frames: how many frames it has.
+        commands: gives the arm's target in each frame, shape (frames, n_arm), rad; asked only if nothing is kept.
+            None if nothing is to be computed.
+
+    Returns:
+        The movement, or None where nothing is kept, or a track has no use: the arm does not move by physics and alone.
+
+    Raises:
+        Diverged: the physics became unstable.
+    """
+    if body.motion != "dynamic" or not body.arm_moves_alone:
+        return None
+    said = repr((frames, EVERY, mujoco.mj_versionString(), len(key))).encode()
+    name = hashlib.sha256(said + key + body.arm_fingerprint() + _sources()).hexdigest()
+    folder = cache_folder("arm")
+    if folder is not None:
+        with suppress(OSError, ValueError):
+            return ArmTrack.load(folder / f"{name}.npz")
+    if commands is None:
+        return None
+    track = ArmTrack.of(body, commands())
+    if folder is not None:
+        with suppress(OSError):
+            folder.mkdir(parents=True, exist_ok=True)
+            track.save(folder / f"{name}.npz")
+    return track
+
+
+@cache
+def _sources() -> bytes:
+    """A hash of the code that a movement depends on."""
+    files = sorted(Path(__file__).parent.glob("*.py"))
+    return hashlib.sha256(b"".join(hashlib.sha256(file.read_bytes()).digest() for file in files)).digest()
