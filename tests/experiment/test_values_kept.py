@@ -15,7 +15,7 @@ from somatopy.api import fork, run
 from somatopy.experiment import Description
 from somatopy.experiment.checkpoint import read_checkpoint
 
-DATA = Path(__file__).parents[1] / "data" / "today.npz"
+DATA = Path(__file__).parents[1] / "data" / "three_runs.npz"
 Arrays = dict[str, np.ndarray]
 
 # -- how a run is read: what a change of names must adapt --------------------------------------------------------------
@@ -67,7 +67,7 @@ def end_of(run: Run) -> Arrays:
 SMALL = {"shape": [10, 10]}
 DAMAGED: dict[str, Any] = {"name": "damaged", "damage": {"kind": "offset"}}
 TABLE: dict[str, Any] = {
-    "name": "today",
+    "name": "kept",
     "seed": 3,
     "eye": {"kind": "geometric"},
     "learner": {"kind": "hebbian", "arm_map": SMALL, "head_map": SMALL},
@@ -117,7 +117,7 @@ def made_with() -> list[str]:
 def test_every_value_is_the_one_that_was_kept(make: Any, tmp_path: Path) -> None:
     """Frames, codebooks, links and hits of the run, recomputed, equal the kept ones to the last bit.
 
-    Where versions in the message differ, ask first whether they explain it; `tests/data/make_today.py` says when the
+    Where versions in the message differ, ask first whether they explain it; `tests/data/make_three_runs.py` says when the
     data may be written anew.
     """
     found, kept = values_of(make(tmp_path)), {}

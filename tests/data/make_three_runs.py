@@ -1,6 +1,6 @@
-"""Write today.npz anew: the values that tests/experiment/test_values_kept.py holds three short runs to.
+"""Write three_runs.npz anew: the values that tests/experiment/test_values_kept.py holds three short runs to.
 
-    python tests/data/make_today.py
+    python tests/data/make_three_runs.py
 
 Legitimate only where values are meant to change: a commit that changes physics, drawing, a kernel's rounding or the
 order of random numbers on purpose, and says so in its message and in CHANGELOG.md; or a new version of MuJoCo, NumPy,
