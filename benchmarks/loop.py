@@ -14,32 +14,34 @@ from collections.abc import Iterator
 from contextlib import ExitStack
 from statistics import median
 from time import process_time
-from typing import Any
 
 from somatopy import paper
 from somatopy.bodies import NoGL
 from somatopy.experiment import Description, RunFolder, Session
 
-#: Name, body, eye, budget (us a frame on one core, ceiling aside).
+#: Name, motion, eye, whether the arm's movement is stored beforehand, budget (us a frame on one core, ceiling aside).
 CASES = (
-    ("kinematic, geometric", {"motion": "kinematic"}, "geometric", 40),
-    ("dynamic, geometric", {"motion": "dynamic"}, "geometric", 150),
-    ("dynamic, rendered", {"motion": "dynamic"}, "fiducial", 1200),
+    ("kinematic, geometric", "kinematic", "geometric", False, 40),
+    ("dynamic, geometric", "dynamic", "geometric", False, 150),
+    ("dynamic with a stored arm movement, geometric", "dynamic", "geometric", True, 100),
+    ("dynamic, rendered", "dynamic", "fiducial", False, 1200),
 )
 PARTS = ("physics", "render", "detect", "babble", "damage", "learn", "record")
 WARM = 1000
 
 
-def described(body: dict[str, Any], eye: str, frames: int) -> Description:
+def described(motion: str, eye: str, frames: int) -> Description:
     """The paper's experiment, as long as it is measured."""
     phases = [{"name": "measured", "frames": frames}]
-    return paper().replaced(name="loop", body=body, eye={"kind": eye}, phases=phases)
+    return paper().replaced(name="loop", body={"motion": motion}, eye={"kind": eye}, phases=phases)
 
 
-def costs(description: Description, turn: int, turns: int) -> Iterator[dict[str, float]]:
+def costs(description: Description, stored: bool, turn: int, turns: int) -> Iterator[dict[str, float]]:
     """The cost of a frame in each turn, us: of all of it, and of its parts."""
     with ExitStack() as stack:
         session = stack.enter_context(Session(description))
+        if stored:
+            session.share_arm(compute=True)
         out = stack.enter_context(tempfile.TemporaryDirectory())
         folder = RunFolder.new(f"{out}/run", session.description)
         stack.enter_context(folder.recording(session))
@@ -61,9 +63,10 @@ def main() -> None:
     parser.add_argument("--turns", type=int, default=5)
     args = parser.parse_args()
     running = {}
-    for name, body, eye, _ in CASES:
+    for name, motion, eye, stored, _ in CASES:
         try:
-            running[name] = costs(described(body, eye, WARM + args.turns * args.frames), args.frames, args.turns)
+            description = described(motion, eye, WARM + args.turns * args.frames)
+            running[name] = costs(description, stored, args.frames, args.turns)
         except NoGL as error:
             print(f"{name}: left out. {error}")
     found: dict[str, list[dict[str, float]]] = {name: [] for name in running}
@@ -71,7 +74,7 @@ def main() -> None:
         for name, turns in running.items():
             found[name].append(next(turns))
     print("| | " + " | ".join(("all", *PARTS[:-1], "budget")) + " |")
-    for name, _, _, budget in CASES:
+    for name, _, _, _, budget in CASES:
         row = [median(turn[part] for turn in found[name]) for part in ("all", *PARTS[:-1])] if name in found else []
         print(f"| {name} | " + " | ".join([*(f"{value:,.1f}" for value in row), str(budget)]) + " |")
 
