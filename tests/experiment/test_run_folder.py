@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 import subprocess
 import sys
@@ -20,7 +21,7 @@ from somatopy.analysis.runs import Run, load_run
 from somatopy.analysis.summary import write_summary
 from somatopy.bodies import Diverged
 from somatopy.contract import same
-from somatopy.experiment import Description, DescriptionError, RunFolder, Session, recorder, run_folder
+from somatopy.experiment import Description, DescriptionError, RunFolder, Session, provenance, recorder, run_folder
 from somatopy.experiment.checkpoint import read_checkpoint, write_checkpoint
 from somatopy.experiment.run_folder import CHECKPOINT, write_json
 from somatopy.interventions import NoIntervention
@@ -581,6 +582,33 @@ def test_another_version_or_code_is_refused_unless_asked_for(
     monkeypatch.setattr(run_folder, "versions", lambda: real)
     monkeypatch.setattr(run_folder, "written_by", lambda parts: {"code": "other"})
     assert "code" in refusal(folder.path)
+
+
+def test_the_commit_is_recorded_where_the_sources_have_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of the repository in which somatopy itself is kept, and whether it was changed since; else there is none."""
+    home = tmp_path / "src" / "somatopy"
+    home.mkdir(parents=True)
+    (home / "__init__.py").touch()
+    monkeypatch.setattr(provenance, "_HOME", home)
+    commit = provenance._commit.__wrapped__
+    git = ["git", "-C", str(tmp_path), "-c", "user.name=a", "-c", "user.email=a@b.c"]
+    subprocess.run([*git, "init", "--quiet"], check=True)
+    assert commit() is None
+    subprocess.run([*git, "add", "."], check=True)
+    subprocess.run([*git, "commit", "--quiet", "--message", "first"], check=True)
+    assert re.fullmatch("[0-9a-f]{40}", commit())
+    (home / "__init__.py").write_text("CHANGED = 1")
+    assert re.fullmatch("[0-9a-f]{40}-dirty", commit())
+
+
+def test_another_commit_of_the_same_code_goes_on(short: Short, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A commit that changes no code that frames depend on is written down, and is no reason to refuse."""
+    folder, real = RunFolder(tmp_path / "run"), run_folder.written_by
+    monkeypatch.setattr(run_folder, "written_by", lambda parts: real(parts) | {"commit": "a"})
+    start(short(), folder.path, 10)
+    monkeypatch.setattr(run_folder, "written_by", lambda parts: real(parts) | {"commit": "b"})
+    go_on(folder.path)
+    assert load_run(folder.path).description["resumed"][0]["written_by"]["commit"] == "b"
 
 
 def test_without_a_checkpoint_nothing_is_deleted(run_short: RunShort) -> None:

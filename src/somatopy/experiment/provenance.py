@@ -103,7 +103,7 @@ def _commit() -> str | None:
     """The commit of somatopy's sources, if they stand in a repository, and whether they were changed since."""
     where = ["git", "-C", str(_HOME)]
     try:
-        subprocess.run([*where, "ls-files", "--error-unmatch", "registry.py"], check=True, capture_output=True)
+        subprocess.run([*where, "ls-files", "--error-unmatch", "__init__.py"], check=True, capture_output=True)
         said = subprocess.run(
             [*where, "describe", "--always", "--dirty", "--abbrev=40", "--exclude=*"],
             check=True,

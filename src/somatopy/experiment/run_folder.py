@@ -39,6 +39,8 @@ __all__ = ["CHECKPOINT", "CHECKPOINT_S", "DESCRIPTION", "RunFolder", "write_json
 DESCRIPTION, CHECKPOINT = "experiment.toml", "checkpoint.npz"
 #: Wall time between two checkpoints.
 CHECKPOINT_S = 20.0
+#: Recorded, but no reason to refuse: the code's digest tells whether frames could differ.
+_COMMIT = "commit"
 #: What a run writes before its first frame.
 _FIRST = (DESCRIPTION, CHECKPOINT, "cost.json", "frames", ".lock")
 
@@ -167,7 +169,7 @@ class RunFolder:
             )
 
     def _check_author(self, found: dict[str, Any], session: Session, anyway: bool) -> None:
-        others = differences(found["written_by"], _author(session))
+        others = [key for key in differences(found["written_by"], _author(session)) if key != _COMMIT]
         if others and not anyway:
             raise DescriptionError(
                 f"{self.path} was written by another version of the programs: {', '.join(others)} "
