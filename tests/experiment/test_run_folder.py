@@ -207,6 +207,19 @@ def test_a_run_without_a_frame_leaves_its_folder_as_it_was(short: Short, tmp_pat
     assert start(short(), folder)
 
 
+def test_a_folder_that_holds_a_run_is_not_begun_anew(run_short: RunShort, short: Short) -> None:
+    """Without the checkpoint from which to go on, no byte of the run that is there is overwritten or removed."""
+    run = run_short()
+    before = contents(run.path)
+    with (
+        Session(short()) as session,
+        pytest.raises(DescriptionError, match="holds a run already; nothing was changed"),
+        RunFolder(run.path).recording(session),
+    ):
+        next(session)
+    assert contents(run.path) == before
+
+
 def test_a_folder_in_use_is_left_alone(short: Short, tmp_path: Path) -> None:
     """While another holds the lock nothing is written."""
     description = short(phases=[{"frames": 3}])

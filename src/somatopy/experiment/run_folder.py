@@ -193,7 +193,7 @@ class RunFolder:
             since: the checkpoint from which the session goes on, as `restore` gave it.
 
         Raises:
-            DescriptionError: another process runs in this folder.
+            DescriptionError: another process runs in this folder, or it holds a run and no checkpoint is given.
         """
         with self.locked(), self._emptied_if_nothing_ran(session, since):
             writer = _Writer(self, session, since)
@@ -230,6 +230,11 @@ class RunFolder:
     @contextmanager
     def _emptied_if_nothing_ran(self, session: Session, since: dict[str, Any] | None) -> Iterator[None]:
         """After an error before the first frame, remove what was written, and the folder where it was made here."""
+        if since is None and (self.path / DESCRIPTION).exists():
+            raise DescriptionError(
+                f"{self.path} holds a run already; nothing was changed. Give recording() the checkpoint from which it "
+                "goes on, or take a new folder."
+            )
         try:
             yield
         except BaseException:
