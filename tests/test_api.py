@@ -358,6 +358,26 @@ def test_a_fork_can_be_forked_and_resumed(tiny: Description, tmp_path: Path, tra
         assert contents(fork(forked.path, description, phase, tmp_path / f"again {phase}")) == expected
 
 
+def test_a_run_with_a_part_as_it_is_can_be_forked(tiny: Description, tmp_path: Path) -> None:
+    """A babbler that was handed over ready made, not as its class, is the same part when it is handed over again."""
+
+    class Still:
+        def command(self, time: float) -> np.ndarray:
+            return np.zeros(4)
+
+        def state(self) -> dict[str, Any]:
+            return {}
+
+        def restore(self, state: dict[str, Any]) -> None:
+            pass
+
+    own = {"babbler": Still()}
+    source = somatopy.run(tiny.replaced(phases=[FIRST]), tmp_path / "trained", **own).path
+    description = tiny.replaced(phases=[FIRST, {"name": "more", "frames": 10}])
+    forked = fork(source, description, out=tmp_path / "forked", **own)
+    assert contents(forked) == contents(somatopy.run(description, tmp_path / "whole", **own))
+
+
 def test_a_description_that_differs_before_the_fork_is_refused(
     tiny: Description, tmp_path: Path, trained: Path
 ) -> None:

@@ -102,8 +102,11 @@ def fork(
     source = RunFolder(folder)
     with Session(description, **parts) as session:
         new, old = session.description, source.description(**parts)
-        shared = {"name": new.name, "phases": old.phases[: phase + 1]}
-        if old.replaced(**shared) != new.replaced(phases=new.phases[: phase + 1]):
+        before, after = (  # as plain data: what stands for a part that was handed over is made anew each time
+            description.replaced(name=new.name, phases=description.phases[: phase + 1]).model_dump(mode="json")
+            for description in (old, new)
+        )
+        if before != after:
             raise DescriptionError(f"The description differs from that of {folder} before the end of phase {phase}.")
         end = f"phase-{phase}.npz"
         if not (source.path / end).exists():
