@@ -562,6 +562,15 @@ def test_a_column_name_that_is_taken_is_refused(short: Short, name: str) -> None
         Session(short(), learner=Taking)
 
 
+def test_two_interventions_of_a_kind_cannot_write_one_column(short: Short) -> None:
+    """In one phase the second would overwrite what the first records; in two phases they share it."""
+    phases = [{"name": name, "frames": 2} for name in "ab"]
+    with pytest.raises(DescriptionError, match=r"column 'shift' is declared twice, by the .*Shift intervention;"):
+        Session(short(phases=phases), interventions={"a": [Shift, Shift]})
+    with Session(short(phases=phases), interventions={"a": [Shift], "b": [Shift]}) as session:
+        assert [column.name for column in session.columns].count("shift") == 1
+
+
 def test_the_parts_columns_are_in_every_frame(short: Short) -> None:
     """Those of learner, eye and interventions; in other phases an intervention's are what stands for nothing."""
 

@@ -406,20 +406,25 @@ class Session:
             self._reading.image()
 
     def _declare_columns(self) -> tuple[Column, ...]:
-        """The columns of eye, learner and interventions; an intervention that stands in two phases counts once."""
-        owners: list[tuple[str, Any]] = [("the eye", self.eye), ("the learner", self.learner)]
+        """The columns of eye, learner and interventions; a kind of intervention counts once, if in several phases.
+
+        Two of a kind in one phase would write the same columns: these count twice, and are refused.
+        """
+        owners: list[tuple[str, int, Any]] = [("the eye", 0, self.eye), ("the learner", 0, self.learner)]
         for phase, parts in zip(self.description.phases, self._phases, strict=True):
             kinds = [settings.kind for settings in phase.interventions]
-            owners += [(f"the {kind} intervention", i) for kind, i in zip(kinds, parts.interventions, strict=True)]
-        found = {(name, column): None for name, part in owners for column in _columns_of(part)}
-        recording = [part for _, part in owners if part is not self.learner and _columns_of(part)]
+            for k, (kind, intervention) in enumerate(zip(kinds, parts.interventions, strict=True)):
+                owners.append((f"the {kind} intervention", kinds[:k].count(kind), intervention))
+        found = list(dict.fromkeys((name, nth, column) for name, nth, part in owners for column in _columns_of(part)))
+        recording = [part for _, _, part in owners if part is not self.learner and _columns_of(part)]
         self._others_record = bool(recording)
         self._silent = {c.name: _SILENT[c.type] for part in recording for c in _columns_of(part)}
         try:
-            check_names([*(("a frame", column) for column, _, _ in vector_columns(self.body)), *found])
+            vectors = [("a frame", column) for column, _, _ in vector_columns(self.body)]
+            check_names([*vectors, *((name, column) for name, _, column in found)])
         except ValueError as error:
             raise DescriptionError(f"Frames cannot be recorded: {error}.") from error
-        return tuple(column for _, column in found)
+        return tuple(column for _, _, column in found)
 
     def _build_phase(self, index: int) -> PhaseInterventions:
         phase, places = self.description.phases[index], []
