@@ -312,6 +312,9 @@ def test_a_learner_of_your_own_is_resumed_with_it(tiny: Description, tmp_path: P
         resume(folder)
     with pytest.raises(DescriptionError, match=r"began with the learner '.*mine'; '.*other' was handed over"):
         resume(folder, learner=other)
+    for part, given in {"learner": 3, "babbler": "none", "interventions": {"a": [3]}}.items():
+        with pytest.raises(DescriptionError, match=rf"^{part}: is no \w+: it is .*, which makes nothing\.$"):
+            resume(folder, **{part: given})
     assert len(contents(resume(folder, learner=mine))) == 4
     assert contents(folder) == expected
 
@@ -628,7 +631,7 @@ def test_interventions_of_your_own_are_handed_over(tiny: Description, tmp_path: 
 
     own = {"interventions": {"intact": [shifted]}}
     folder = interrupted(tiny, tmp_path / "run", 10, **own)
-    with pytest.raises(DescriptionError, match="hand it over again: intervention="):
+    with pytest.raises(DescriptionError, match=r"hand it over again: interventions=\{PHASE: "):
         resume(folder)
     run = resume(folder, **own)
     sensed, perceived = run.postures("arm"), run.postures("arm", "percept")

@@ -87,14 +87,20 @@ def _with_interventions(description: Description, interventions: Mapping[str, It
 
 
 def handed_over_again(table: dict[str, Any], given: Mapping[str, Any]) -> dict[str, Any]:
-    """A table in which parts that are handed over again stand in their places."""
+    """A table in which parts that are handed over again stand in their places.
+
+    Raises:
+        DescriptionError: a part makes nothing, or is another than the one that the run began with.
+    """
     found = dict(table)
     for name, part in given.items():
         if name == "interventions":
-            found["phases"] = _interventions_again(table.get("phases", []), part)
+            with said_of(name):
+                found["phases"] = _interventions_again(table.get("phases", []), part)
             continue
         key, kinds = _WHERE[name]
-        own, recorded = handed_over(kinds, part), table.get(key, {}).get("kind")
+        with said_of(name):
+            own, recorded = handed_over(kinds, part), table.get(key, {}).get("kind")
         if own.kind != recorded:
             raise DescriptionError(f"The run began with the {name} {recorded!r}; {own.kind!r} was handed over.")
         found[key] = table[key] | {"kind": type(own)}

@@ -57,6 +57,7 @@ class Kinds:
         self.made_from = made_from
         self.default = default
         self.kept = kept
+        self._again = "interventions={PHASE: [...]}" if sort == "intervention" else f"{sort}=..."
         self._places: dict[str, str] = {}
 
     def add(self, name: str, place: str) -> None:
@@ -87,7 +88,7 @@ class Kinds:
             )
         if module == "__main__" or NOT_BY_PLACE.search(place):
             raise UnknownKind(
-                f"was handed over when the run began and cannot be imported; hand it over again: {self.sort}=..."
+                f"was handed over when the run began and cannot be imported; hand it over again: {self._again}"
             )
         if not is_importable(module, attribute):
             raise UnknownKind(f"is no place of a part; write it as my_package.my_file:My{self.sort.title()}")
