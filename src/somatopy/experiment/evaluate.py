@@ -21,8 +21,10 @@ __all__ = ["evaluate"]
 def evaluate(folder: str | Path, postures: int = 2000, *, anyway: bool = False, **parts: Any) -> dict[str, Any]:
     """Show the learner of a run uniform arm postures from its babbling range, and see where it looks.
 
-    The interventions of the phase that the run has reached are in force. Body and learner stand still: each posture is
-    judged by the geometric eye with the head where the learner says, clipped to the limits.
+    The interventions of the phase that the run has reached are in force: what they do to body and learner, and what
+    they make of what is sensed. No command is given, so that what they make of commands does not count. Body and
+    learner stand still: each posture is judged by the geometric eye with the head where the learner says, clipped to
+    the limits.
 
     Args:
         folder: a run folder with a checkpoint.
