@@ -117,8 +117,8 @@ def made_with() -> list[str]:
 def test_every_value_is_the_one_that_was_kept(make: Any, tmp_path: Path) -> None:
     """Frames, codebooks, links and hits of the run, recomputed, equal the kept ones to the last bit.
 
-    Where versions in the message differ, ask first whether they explain it; `tests/data/make_three_runs.py` says when the
-    data may be written anew.
+    Where versions in the message differ, ask first whether they explain it; `tests/data/make_three_runs.py` says when
+    the data may be written anew.
     """
     found, kept = values_of(make(tmp_path)), {}
     with np.load(DATA, allow_pickle=False) as file:
