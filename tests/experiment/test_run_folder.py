@@ -25,7 +25,8 @@ from somatopy.experiment import Description, DescriptionError, RunFolder, Sessio
 from somatopy.experiment.checkpoint import read_checkpoint, write_checkpoint
 from somatopy.experiment.run_folder import CHECKPOINT, write_json
 from somatopy.interventions import NoIntervention
-from somatopy.percept import Percept
+from somatopy.learners import FixedGaze
+from somatopy.percept import Percept, Robot
 
 Short = Callable[..., Description]
 RunShort = Callable[..., Run]
@@ -464,6 +465,28 @@ def test_an_injury_is_seen_from_the_first_frame_of_its_phase_to_the_last(short: 
         start(description, tmp_path / name, **parts)
         found[name] = column(load_run(tmp_path / name), "gaze_error_rad").ravel()
     assert (found["hurt"] != found["intact"]).tolist() == [False] * 5 + [True] * 5 + [False] * 5
+
+
+class Hoards(FixedGaze):
+    """A learner whose state holds what no checkpoint can."""
+
+    def __init__(self, robot: Robot, rng: np.random.Generator) -> None:
+        super().__init__([0.0, 0.0])
+        self.seen: list[np.ndarray] = []
+
+    def observe(self, percept: Percept) -> None:
+        self.seen.append(percept.arm)
+
+    def state(self) -> dict[str, Any]:
+        return {"seen": self.seen}
+
+
+def test_a_state_that_cannot_be_written_is_named_and_loses_no_frame(short: Short, tmp_path: Path) -> None:
+    """The checkpoint of the beginning stays, and the frames so far are recorded."""
+    with pytest.raises(TypeError, match=r"because of session\.learner\.seen: .*lists of numbers or text"):
+        start(short(), tmp_path / "run", 7, learner=Hoards)
+    assert len(load_run(tmp_path / "run").frames(["frame"])) == 7
+    assert RunFolder(tmp_path / "run").checkpoint()["session"]["done"] == 0
 
 
 def test_what_a_kill_leaves_behind_is_cleared_away(run_short: RunShort, small_parts: int, tmp_path: Path) -> None:

@@ -24,10 +24,19 @@ def write_checkpoint(path: Path, state: dict[str, Any]) -> None:
 
     Args:
         path: the file, .npz.
-        state: its keys are text; its values arrays, numbers, text, lists, or more of the same.
+        state: its keys are text; its values arrays, numbers, text, lists of numbers or text, or more of the same.
+
+    Raises:
+        TypeError: something else is in it; the message says where.
     """
     arrays: list[np.ndarray[Any, Any]] = []
-    plain = json.dumps(_parted(state, arrays))
+    try:
+        plain = json.dumps(_parted(state, arrays))
+    except TypeError as error:
+        raise TypeError(
+            f"{path} cannot be written, because of {_unfit(state)}: {error}. A state() may hold arrays, numbers, text, "
+            "lists of numbers or text, and dictionaries of these."
+        ) from error
     named = {f"array-{number}": array for number, array in enumerate(arrays)}
     write_whole(path, lambda file: np.savez(file, allow_pickle=False, **{_PLAIN: np.array(plain)}, **named))
 
@@ -56,6 +65,17 @@ def _parted(value: Any, arrays: list[np.ndarray[Any, Any]]) -> Any:
     if isinstance(value, dict):
         return {key: _parted(item, arrays) for key, item in value.items()}
     return value.item() if isinstance(value, np.generic) else value
+
+
+def _unfit(value: Any, where: str = "") -> str | None:
+    """Dotted keys of the first value that is neither an array nor plain; None if all are."""
+    if isinstance(value, dict):
+        return next((found for key, item in value.items() if (found := _unfit(item, f"{where}.{key}"))), None)
+    try:
+        json.dumps(_parted(value, []))
+    except TypeError:
+        return where.removeprefix(".")
+    return None
 
 
 def _joined(value: Any, file: Any) -> Any:

@@ -315,9 +315,11 @@ class _Writer:
 
     def close(self) -> None:
         """Write what is still in memory, a last checkpoint and the cost."""
-        if self._saved != self._session.done:
-            self._save()
-        self._recorder.close()
+        try:
+            if self._saved != self._session.done:
+                self._save()
+        finally:
+            self._recorder.close()
         if self._session.done > self._first or not (self._path / "cost.json").exists():
             write_json(self._path / "cost.json", self._cost())
 
