@@ -135,6 +135,13 @@ def test_no_part_without_frames(record: Callable[[int], list[Path]], frames: int
     assert len(record(frames)) == parts
 
 
+def test_a_value_that_nobody_tells_is_named(tmp_path: Path) -> None:
+    """The column was declared, and probes() leaves it out."""
+    writer = a_recorder(tmp_path / "frames")
+    with pytest.raises(ValueError, match="column 'arm_distance' is declared, but no probes"):
+        writer(frame(0)._replace(probes={"arm_winner": 0}))
+
+
 def test_a_part_is_five_minutes() -> None:
     """4,500 frames of 1/15 s, the paper's window."""
     assert recorder.PART_FRAMES / 15 == 300

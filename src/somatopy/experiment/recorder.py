@@ -71,8 +71,11 @@ class Recorder:
         values = frame.number, frame.phase, reading.time, seen is not None, u, v, tag, area, reading.overlap, error
         for column, value in zip(self._scalars, values, strict=True):
             column[row] = value
-        for name, column in self._probes:
-            column[row] = frame.probes[name]
+        try:
+            for name, column in self._probes:
+                column[row] = frame.probes[name]
+        except KeyError as error:
+            raise ValueError(f"The column {error} is declared, but no probes() tells its value.") from error
         self._row += 1
         self.frames += 1
         if self._row == PART_FRAMES:
