@@ -544,6 +544,13 @@ def test_what_is_no_part_is_refused_before_anything_runs(short: Short, part: str
         Session(short(), **{part: given})
 
 
+@pytest.mark.parametrize("given", [{"intact": Shift}, [Shift], Shift])
+def test_interventions_are_lists_by_phase(short: Short, given: Any) -> None:
+    """What is anything else is refused with an example."""
+    with pytest.raises(DescriptionError, match=r"interventions: must be lists by .*, such as \{'intact': \[\.\.\.\]\}"):
+        Session(short(), interventions=given)
+
+
 class Loud(Copycat):
     """A learner with columns whose names are taken."""
 

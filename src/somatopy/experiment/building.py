@@ -78,12 +78,20 @@ def hand_over(
 
 def _with_interventions(description: Description, interventions: Mapping[str, Iterable[Any]]) -> list[Any]:
     names = [phase.name for phase in description.phases]
+    if not isinstance(interventions, Mapping) or not all(map(_lists, interventions.values())):
+        raise DescriptionError(
+            f"interventions: must be lists by the name of their phase, such as {{{names[0]!r}: [...]}}."
+        )
     if unknown := [name for name in interventions if name not in names]:
         raise DescriptionError(f"interventions: there is no phase {unknown[0]!r}; phases: {', '.join(names)}.")
     return [
         phase.replaced(interventions=(*phase.interventions, *interventions.get(phase.name, ())))
         for phase in description.phases
     ]
+
+
+def _lists(own: Any) -> bool:
+    return isinstance(own, Iterable) and not isinstance(own, str)
 
 
 def handed_over_again(table: dict[str, Any], given: Mapping[str, Any]) -> dict[str, Any]:
