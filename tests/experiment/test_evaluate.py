@@ -98,6 +98,18 @@ def test_a_run_without_frames_has_no_damage(run_short: RunShort) -> None:
     assert evaluate(run_short(phases=phases).path, 20)["damage"] == "none"
 
 
+def test_a_run_stopped_before_its_first_frame_has_no_damage(short: Short, tmp_path: Path) -> None:
+    """Its first phase has not begun, so that nothing of it may be held."""
+    Spy.calls.clear()
+    own: dict[str, Any] = {"interventions": {"a": [Spy]}}
+    with Session(short(phases=[{"name": "a", "frames": 50}]), **own) as session:
+        folder = RunFolder.new(tmp_path / "run", session.description)
+        with folder.recording(session):
+            pass
+    assert evaluate(folder.path, 5, **own)["damage"] == "none"
+    assert not Spy.calls
+
+
 def stopped_at(frame: int, description: Description, folder: Path, **own: Any) -> Path:
     """The folder of a run that was stopped after so many frames."""
     with Session(description, **own) as session:

@@ -33,9 +33,9 @@ def evaluate(folder: str | Path, postures: int = 2000, *, anyway: bool = False, 
         parts: the parts of your own that the run began with and that cannot be imported, as `Session` takes them.
 
     Returns:
-        `eye`, `damage` (of the phase reached), `postures`, `reachable` (share that any head posture sees), `rate`
-        (share seen), `efficiency` (seen of those reachable), `gaze_error_deg` with `median` and `p95` between the
-        optical axis and the hand.
+        `eye`, `damage` (of the phase reached; "none" before the first frame), `postures`, `reachable` (share that any
+        head posture sees), `rate` (share seen), `efficiency` (seen of those reachable), `gaze_error_deg` with `median`
+        and `p95` between the optical axis and the hand.
 
     Raises:
         DescriptionError: no run folder, it has no checkpoint, or its body has no model of itself.
@@ -51,7 +51,7 @@ def evaluate(folder: str | Path, postures: int = 2000, *, anyway: bool = False, 
                 "that it has not met."
             )
         source.restore(session, anyway=anyway)
-        if not session.description.frames:
+        if not session.done:  # no phase has begun
             return {"eye": "geometric", "damage": "none", **_asked(session, session.body, postures)}
         with session.holding(session.reached):
             damage = session.description.phases[session.reached].damage
