@@ -222,13 +222,15 @@ def test_track_is_made_once_and_kept(crane: Any, cache: Path) -> None:
     assert len(asked) == 1 and len(list(cache.iterdir())) == 1
 
 
-@pytest.mark.parametrize("what", ["key", "frames", "arm speed", "injury"])
-def test_another_movement_has_another_track(crane: Any, cache: Path, what: str) -> None:
+@pytest.mark.parametrize("what", ["key", "frames", "arm speed", "gear", "injury"])
+def test_another_movement_has_another_track(robot: Robot, crane: Any, cache: Path, what: str) -> None:
     """Whatever the movement depends on is in its name."""
     body = crane()
     kept_track(body, b"seed 0", 30, lambda: commands(body, 30))
     if what == "arm speed":
         body = MujocoBody(body.anatomy, arm_speed=0.6)
+    if what == "gear":  # slower than before, and still faster than the set-points
+        body = MujocoBody(robot(anatomy=("velocity = [2.0, 3.0]", "velocity = [2.0, 0.6]")), arm_speed=0.5)
     if what == "injury":
         injury(body, np.zeros((0, 2)), 0)
     frames = 31 if what == "frames" else 30

@@ -294,8 +294,9 @@ class MujocoBody:
     def arm_fingerprint(self) -> bytes:
         """A hash of all that the movement of an arm that moves alone depends on, besides its targets."""
         arm = self.another().arm_alone()
-        limits = self.arm.lower, self.arm.upper, self._stride[: len(self.arm)], arm.setpoint, arm.part.state()
-        return hashlib.sha256(saved(arm.part.model) + b"".join(values.tobytes() for values in limits)).digest()
+        limits = self.arm.lower, self.arm.upper, self.arm.velocity, self._stride[: len(self.arm)]
+        said = [values.tobytes() for values in (*limits, arm.setpoint, arm.part.state())]
+        return hashlib.sha256(saved(arm.part.model) + repr(self.arm.names).encode() + b"".join(said)).digest()
 
     def another(self) -> Self:
         """A second body like this one, at its start, with a copy of this one's model as it is now, injuries included.
