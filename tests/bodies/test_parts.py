@@ -193,7 +193,15 @@ def no_gravity(model: mujoco.MjModel) -> None:
     model.opt.gravity[2] = -1.0
 
 
-@pytest.mark.parametrize("injure", [weak_elbow, heavy_hand, long_arm, stiff_neck, no_gravity])
+def under_water(model: mujoco.MjModel) -> None:
+    model.opt.density, model.opt.viscosity = 1000.0, 0.5
+
+
+def weightless(model: mujoco.MjModel) -> None:
+    model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_GRAVITY)
+
+
+@pytest.mark.parametrize("injure", [weak_elbow, heavy_hand, long_arm, stiff_neck, no_gravity, under_water, weightless])
 def test_change_of_the_model_counts_from_the_next_frame_on(injure: Any) -> None:
     """The body moves on to the last bit as one that was made with the changed model and put into the same state."""
     body = MujocoBody("nao")
@@ -226,6 +234,22 @@ def test_change_that_is_undone_leaves_no_trace() -> None:
     intact.restore(body.state())
     for pair in targets[1:]:
         assert body.step(*pair).arm.tobytes() == intact.step(*pair).arm.tobytes()
+
+
+def test_every_option_is_noticed_and_carried_over() -> None:
+    """Numbers and vectors alike; and what is drawn, which stands beside them, is none of them."""
+    body = MujocoBody("nao")
+    whole, arm = body.model, body.arm_alone().part
+    assert arm.constants is not None
+    watch = Watch(arm.constants.sources)
+    for name in (name for name in dir(whole.opt) if not name.startswith("_")):
+        before = np.copy(getattr(whole.opt, name))
+        setattr(whole.opt, name, getattr(whole.opt, name) + 1)
+        assert watch.changed(), name
+        assert arm.constants.renew()
+        assert np.array_equal(getattr(arm.model.opt, name), before + 1)
+    whole.vis.global_.offwidth += 1
+    assert not watch.changed()
 
 
 @pytest.mark.parametrize("size", [1, 3, 64, 1000])

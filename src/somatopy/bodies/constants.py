@@ -66,8 +66,7 @@ class Constants:
     @property
     def sources(self) -> list[NDArray[Any]]:
         """The arrays of the whole model that are carried over."""
-        options = self._options[0]
-        return [options.gravity, options.wind, *(source for source, _, _ in self._shared)]
+        return [_memory(self._options[0]), *(source for source, _, _ in self._shared)]
 
     def renew(self) -> bool:
         """Carry over what has changed; whether anything has."""
@@ -82,6 +81,16 @@ def _names(model: mujoco.MjModel, prefix: str, size: int) -> Iterator[str]:
         value = getattr(model, name)
         if isinstance(value, np.ndarray) and len(value) == size and (value.dtype in _NUMBERS or name in _WHOLE):
             yield name
+
+
+def _memory(options: Any) -> NDArray[np.uint8]:
+    """The bytes of a model's options: floats and vectors of them, of which `o_friction` is the last, then integers."""
+    values = [getattr(options, name) for name in dir(options) if not name.startswith("_")]
+    whole = 4 * sum(isinstance(value, int) for value in values)
+    floats = 8 * sum(np.size(value) for value in values if not isinstance(value, int))
+    last = options.o_friction.ctypes.data + options.o_friction.nbytes
+    memory: Any = (ctypes.c_uint8 * (floats + whole)).from_address(last - floats)
+    return np.frombuffer(memory, np.uint8)
 
 
 def _renew_options(whole: Any, mine: Any) -> bool:
