@@ -102,6 +102,16 @@ def test_drawn_shapes_keep_their_mass(robot: Robot) -> None:
     assert np.abs(np.subtract(*movements)).max() > 1e-3
 
 
+def test_drawn_shapes_that_water_pushes_are_kept(robot: Robot) -> None:
+    """A fin that touches nothing, but brakes the jib."""
+    jib = '<joint name="swing" axis="0 0 1" range="-1.5 .5"/>'
+    fin = '<geom type="ellipsoid" size=".1 .002 .1" mass=".01" contype="0" conaffinity="0" fluidshape="ellipsoid"/>'
+    body = MujocoBody(robot(mjcf=(jib, jib + fin)))
+    body.model.opt.density = 1000.0
+    assert body.arm_moves_alone
+    assert apart(body, 100)[0] < 1e-9
+
+
 def test_what_stands_still_is_still_touched(robot: Robot) -> None:
     """A pole beside the crane, on no joint, stops the jib as it does in one piece."""
     pole = '<geom name="pole" type="capsule" fromto=".25 -.06 .3 .25 -.06 .7" size=".01"/>'

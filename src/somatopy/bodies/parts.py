@@ -111,6 +111,7 @@ def _leave_out_untouchable(part: mujoco.MjSpec, model: mujoco.MjModel, trees: Tr
     touching, tree = _touching(model), model.body_treeid[model.geom_bodyid]
     moving, there = np.isin(tree, list(trees)), np.isin(tree, [-1, *trees])
     touched = (moving & touching[:, there].any(axis=1)) | (there & touching[:, moving].any(axis=1))
+    touched |= moving & (model.geom_fluid[:, 0] > 0)  # air and water push those with fluidshape="ellipsoid"
     gone = [geom for geom in part.geoms if not touched[model.geom(geom.name).id]]
     names = {geom.name for geom in gone}
     for thing in [pair for pair in part.pairs if {pair.geomname1, pair.geomname2} & names] + gone:
