@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from numpy.typing import ArrayLike
 
-from somatopy.bodies import MujocoBody
+from somatopy.bodies import Anatomy, MujocoBody, anatomy_path
 from somatopy.clock import FRAME
 from somatopy.contract import same
 from somatopy.experiment import Description, DescriptionError, Frame, Session
@@ -690,6 +690,21 @@ def test_a_shared_arm_is_one_that_fits(short: Short, own_cache: Path) -> None:
             assert not session.share_arm()
     with Session(short(body=dynamic, phases=phases, learner={"kind": "random"}), body=Stick, eye=Near) as session:
         assert not session.share_arm(compute=True)
+
+
+def test_a_range_that_is_edited_has_a_movement_of_its_own(short: Short, own_cache: Path) -> None:
+    """Its name stays, and so does all else that the description says."""
+    described = short(body={"motion": "dynamic"}, babbling={"range": "confined"}, phases=[{"frames": 30}])
+    anatomy = Anatomy.load(anatomy_path("nao"))
+    narrow = tuple((low, low + 0.1) for low, _ in anatomy.ranges["confined"])
+    edited = anatomy.model_copy(update={"ranges": {"confined": narrow}})
+    for robot in (anatomy, edited):
+        with Session(described, body=MujocoBody(robot, arm_speed=described.babbling.speed)) as session:
+            assert not session.share_arm()
+            assert session.share_arm(compute=True)
+            for _ in range(2):
+                next(session)
+            assert session.body.tracked
 
 
 def test_a_session_with_a_shared_arm_goes_on_from_its_states(short: Short, own_cache: Path) -> None:

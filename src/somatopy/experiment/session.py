@@ -371,7 +371,8 @@ class Session:
         body, babbling = self.body, self.description.babbling
         if not isinstance(body, SharesArm):
             return False
-        said = self.description.model_dump_json(include={"seed", "babbling"}), code_of([self.babbler])
+        ranges = {name: np.asarray(limits).tolist() for name, limits in getattr(body, "ranges", {}).items()}
+        said = self.description.model_dump_json(include={"seed", "babbling"}), code_of([self.babbler]), ranges
         targets = self._arm_targets if compute else None
         is_known = not babbling.kind.startswith(HANDED_OVER)
         return is_known and body.share_arm(repr(said).encode(), self.description.frames, targets)
