@@ -60,7 +60,8 @@ class MujocoBody:
         arm_moves_alone: whether the arm moves the same to the last bit, whatever the head does: nothing couples them.
         ranges: babbling ranges by name, shape (n_arm, 2), rad: the anatomy's, and "mechanical", the joint limits.
         model: the compiled MuJoCo model.
-        data: its state.
+        data: its state. Where arm and head are stepped apart, only the joints' positions and all poses in it are kept
+            up, neither velocities nor forces, and what is written into it moves nothing: change the model instead.
 
     Raises:
         BodyError: model and anatomy do not fit; the message lists what there is.
