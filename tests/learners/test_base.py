@@ -49,6 +49,13 @@ def test_wrong_limits_are_refused(limits: object) -> None:
         Scale(limits)  # type: ignore[arg-type]
 
 
+@pytest.mark.parametrize("shape", [(), (1,), (len(LIMITS) + 1,), (3, 1)])
+def test_postures_of_other_lengths_are_refused(shape: tuple[int, ...]) -> None:
+    """One angle is not taken for that of every joint."""
+    with pytest.raises(ValueError, match=f"of {len(LIMITS)} joints is needed"):
+        Scale(LIMITS).to_unit(np.zeros(shape))
+
+
 def test_all_learners_keep_the_contract() -> None:
     """The paper's learner and the controls are Learners."""
     rng = np.random.default_rng(0)

@@ -433,6 +433,16 @@ def test_probes_keep_keys_and_types() -> None:
     assert {key: isinstance(value, int) for key, value in subject.probes().items()} == before
 
 
+@pytest.mark.parametrize(("arm", "head"), [(1, 2), (5, 2), (4, 1), (4, 3)])
+def test_postures_of_wrong_length_teach_nothing(arm: int, head: int) -> None:
+    """Neither map has moved, and no number is taken for that of every joint."""
+    subject = learner()
+    before = subject.state()
+    with pytest.raises(ValueError, match="joints is needed"):
+        subject.observe(Percept(0.0, np.zeros(arm), np.zeros(head), np.zeros(4), np.zeros(2)))
+    assert same(subject.state(), before)
+
+
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
 def test_a_percept_that_is_not_finite_is_refused(bad: float) -> None:
     """NaN and infinities never reach the maps."""

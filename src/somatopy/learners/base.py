@@ -77,8 +77,15 @@ class Scale:
         return np.column_stack([self.low, self.low + self.span])
 
     def to_unit(self, angles: ArrayLike) -> Floats:
-        """Shape (n,), rad, to [0, 1] units."""
-        units: Floats = (np.asarray(angles, float) - self.low) / self.span
+        """Shape (n,), rad, to [0, 1] units; or of several postures, shape (m, n).
+
+        Raises:
+            ValueError: another number of angles.
+        """
+        given = np.asarray(angles, float)
+        if given.shape[-1:] != self.low.shape:
+            raise ValueError(f"A posture of {len(self.low)} joints is needed; got an array of shape {given.shape}.")
+        units: Floats = (given - self.low) / self.span
         return units
 
     def to_angle(self, units: ArrayLike) -> Floats:
