@@ -238,6 +238,13 @@ def test_another_movement_has_another_track(robot: Robot, crane: Any, cache: Pat
     assert len(list(cache.iterdir())) == 2
 
 
+def test_run_without_frames_has_no_track(crane: Any, cache: Path) -> None:
+    """Nothing is computed, and nothing kept."""
+    assert kept_track(crane(), b"", 0, lambda: np.empty((0, 2))) is None
+    assert not crane().share_arm(b"", 0, lambda: np.empty(0))
+    assert not cache.exists()
+
+
 @pytest.mark.parametrize("content", [b"", b"no zip", None])
 def test_spoilt_file_is_made_anew(crane: Any, cache: Path, content: bytes | None) -> None:
     """An empty file, another one, and half of it."""

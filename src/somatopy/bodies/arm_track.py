@@ -183,17 +183,18 @@ def kept_track(body: MujocoBody, key: bytes, frames: int, commands: Callable[[],
     Args:
         body: the robot.
         key: all that the targets depend on, such as the babbler's settings and seed.
-        frames: how many frames it has.
+        frames: how many frames it has, from 0 up.
         commands: gives the arm's target in each frame, shape (frames, n_arm), rad; asked only if nothing is kept.
             None if nothing is to be computed.
 
     Returns:
-        The movement, or None where nothing is kept, or a track has no use: the arm does not move by physics and alone.
+        The movement, or None where nothing is kept, or a track has no use: there are no frames, or the arm does not
+        move by physics and alone.
 
     Raises:
         Diverged: the physics became unstable.
     """
-    if body.motion != "dynamic" or not body.arm_moves_alone:
+    if frames == 0 or body.motion != "dynamic" or not body.arm_moves_alone:
         return None
     said = repr((frames, EVERY, mujoco.mj_versionString(), len(key))).encode()
     name = hashlib.sha256(said + key + body.arm_fingerprint() + _sources()).hexdigest()
