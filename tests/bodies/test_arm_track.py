@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from somatopy.bodies import ArmTrack, MujocoBody, arm_track, kept_track
+from somatopy.bodies import ArmTrack, Diverged, MujocoBody, arm_track, kept_track
 from somatopy.files import cache_folder
 from somatopy.percept import Floats, Reading
 
@@ -243,6 +243,19 @@ def test_run_without_frames_has_no_track(crane: Any, cache: Path) -> None:
     assert kept_track(crane(), b"", 0, lambda: np.empty((0, 2))) is None
     assert not crane().share_arm(b"", 0, lambda: np.empty(0))
     assert not cache.exists()
+
+
+def test_arm_that_falls_apart_is_not_shared(
+    robot: Robot, cache: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Its run goes on until it does: what it was before is recorded, and the message says when."""
+    monkeypatch.chdir(tmp_path)  # MuJoCo writes its log into the current folder
+    lift = '<position joint="lift" kp="20" kv="1"/>'
+    body = MujocoBody(robot(mjcf=(lift, '<position joint="lift" kp="1e13"/>')))
+    arms = np.array([[0.9 * (-1) ** frame, 0.1] for frame in range(300)])
+    assert not body.share_arm(b"", 300, lambda: arms)
+    with pytest.raises(Diverged, match="of the joint 'lift' is huge"):
+        play(body, arms, 0, 300)
 
 
 @pytest.mark.parametrize("content", [b"", b"no zip", None])

@@ -188,8 +188,14 @@ class MujocoBody:
         return self._motion.use(track, self.arm, self._stride[: len(self.arm)], self._frame, self._setpoint)
 
     def share_arm(self, key: bytes, frames: int, commands: Callable[[], Floats] | None) -> bool:
-        """Take the arm's movement from the user's cache; see `somatopy.contract.SharesArm`."""
-        track = kept_track(self, key, frames, commands)
+        """Take the arm's movement from the user's cache; see `somatopy.contract.SharesArm`.
+
+        An arm whose physics becomes unstable on the way is moved by its own physics, and a run ends where it does.
+        """
+        try:
+            track = kept_track(self, key, frames, commands)
+        except Diverged:
+            return False
         return track is not None and self.use_track(track)
 
     def unshare_arm(self) -> None:
