@@ -169,6 +169,7 @@ def test_an_unknown_key_is_answered_with_those_that_exist() -> None:
         ("from json import nothing", "Mine", "cannot be imported .cannot import name 'nothing'"),
         ("1 / 0", "Mine", "cannot be imported: MODULE fails with ZeroDivisionError: division by zero"),
         ("def (", "Mine", "cannot be imported: MODULE fails with SyntaxError: "),
+        ("raise SystemExit(3)", "Mine", "cannot be imported: MODULE fails with SystemExit: 3"),
     ],
 )
 def test_what_is_missing_at_a_place_is_named(write: Write, source: str, name: str, message: str) -> None:
