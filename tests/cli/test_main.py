@@ -178,18 +178,21 @@ def test_tracebacks_with_debug_only(capsys: pytest.CaptureFixture[str], empty: P
     assert err.count("Traceback") == 1 and err.count("somatopy: Minutes must be finite") == 2
 
 
+@pytest.mark.parametrize(
+    ("error", "message"), [(ZeroDivisionError(), "ZeroDivisionError"), (KeyError("effort"), "KeyError: 'effort'")]
+)
 def test_what_is_no_wrong_use_fails_with_1(
-    capsys: pytest.CaptureFixture[str], empty: Path, monkeypatch: pytest.MonkeyPatch
+    capsys: pytest.CaptureFixture[str], empty: Path, monkeypatch: pytest.MonkeyPatch, error: Exception, message: str
 ) -> None:
-    """An error of the program itself: exit code 1, its message, no traceback."""
+    """An error of the program or of a part: exit code 1, what it is, how to see where it was, no traceback."""
     from somatopy.cli import list as listing
 
     def broken(args: object) -> int:
-        raise ZeroDivisionError
+        raise error
 
     monkeypatch.setattr(listing, "main", broken)
     assert main(["list"]) == 1
-    assert capsys.readouterr().err == "somatopy: ZeroDivisionError\n"
+    assert capsys.readouterr().err == f"somatopy: {message} (where: --debug)\n"
 
 
 def test_the_installed_command_is_this_one(empty: Path) -> None:

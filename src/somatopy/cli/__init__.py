@@ -57,7 +57,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     except Exception as error:
         if "--debug" in rest:
             traceback.print_exc()
-        return _fail(str(error) or type(error).__name__, 2 if _is_wrong_use(error) else 1)
+        if _is_wrong_use(error):
+            return _fail(str(error), 2)
+        return _fail(f"{': '.join(filter(None, (type(error).__name__, str(error))))} (where: --debug)", 1)
     return code
 
 
