@@ -400,17 +400,19 @@ def test_a_description_that_differs_before_the_fork_is_refused(
             fork(trained, tiny.replaced(**({"phases": phases} | change)), out=tmp_path / "forked")
     with pytest.raises(DescriptionError, match="before the end of phase 1"):
         fork(trained, tiny.replaced(phases=phases), phase=1, out=tmp_path / "forked")
+    for none in (-1, 7, "x"):
+        with pytest.raises(DescriptionError, match=f"{trained} has no phase {none!r} to fork after; choose one of 0 "):
+            fork(trained, tiny, phase=none, out=tmp_path / "forked")  # type: ignore[arg-type]
     assert not (tmp_path / "forked").exists()
 
 
 def test_a_phase_that_has_not_ended_is_refused(tiny: Description, tmp_path: Path, trained: Path) -> None:
-    """Its number and the folder are named, and that the run must be resumed; so is a phase that there is not."""
+    """Its number and the folder are named, and that the run must be resumed."""
     description = tiny.replaced(phases=[FIRST, *SECONDS["damaged"]])
     folder = interrupted(description, tmp_path / "broken", 120)
     fork(folder, description, 0, tmp_path / "fine")
-    for phase in (1, 7):
-        with pytest.raises(DescriptionError, match=rf"Phase {phase} of {folder} has not ended: .*Resume"):
-            fork(folder, description, phase, tmp_path / "forked")
+    with pytest.raises(DescriptionError, match=rf"Phase 1 of {folder} has not ended: .*Resume"):
+        fork(folder, description, 1, tmp_path / "forked")
     assert not (tmp_path / "forked").exists()
 
 

@@ -97,11 +97,14 @@ def fork(
         parts: parts of your own, as `Session` takes them.
 
     Raises:
-        DescriptionError: that phase has not ended, or the descriptions differ before it ends.
+        DescriptionError: that phase does not exist or has not ended, or the descriptions differ before it ends.
     """
     source = RunFolder(folder)
     with Session(description, **parts) as session:
         new, old = session.description, source.description(**parts)
+        if phase not in range(len(old.phases)):
+            valid = ", ".join(f"{k} ({each.name!r})" for k, each in enumerate(old.phases))
+            raise DescriptionError(f"{folder} has no phase {phase!r} to fork after; choose one of {valid}.")
         before, after = (  # as plain data: what stands for a part that was handed over is made anew each time
             description.replaced(name=new.name, phases=description.phases[: phase + 1]).model_dump(mode="json")
             for description in (old, new)
