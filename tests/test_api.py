@@ -23,7 +23,7 @@ from somatopy.bodies import MujocoBody
 from somatopy.experiment import Description, DescriptionError, RunFolder, Session, provenance, recorder, run_folder
 from somatopy.experiment.checkpoint import read_checkpoint, write_checkpoint
 from somatopy.experiment.run_folder import CHECKPOINT
-from somatopy.interventions import JointOffset
+from somatopy.interventions import JointOffset, NoIntervention
 from somatopy.learners import FixedGaze, NearestGaze
 from somatopy.percept import Robot
 
@@ -241,9 +241,28 @@ def test_other_code_is_another_version(tiny: Description, tmp_path: Path, monkey
     with reopen(folder) as (session, _, _):
         assert session.done == 10
     file.write_text(file.read_text() + "OTHER = 1\n")
-    with pytest.raises(DescriptionError, match=r"written_by.code|code differ"):
+    with pytest.raises(DescriptionError, match="code of gaze_of_mine differs"):
         resume(folder)
     assert resume(folder, anyway=True).description["resumed"][0]["frame"] == 10
+
+
+def test_the_file_that_a_description_names_counts(
+    tiny: Description, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It may make a part of somatopy's: what it makes of it can change with it. So do rules named within a learner."""
+    monkeypatch.syspath_prepend(tmp_path)
+    sources = {
+        "maker_of_gaze": "from somatopy.learners import FixedGaze\n\ndef far(*_):\n    return FixedGaze([0, 0])\n",
+        "rule_of_mine": "from somatopy.links import PositiveHebb\n\nclass Mine(PositiveHebb):\n    pass\n",
+    }
+    learners: tuple[Any, ...] = ("maker_of_gaze:far", {"kind": "hebbian", "rule": {"kind": "rule_of_mine:Mine"}})
+    for (name, source), learner in zip(sources.items(), learners, strict=True):
+        file = tmp_path / f"{name}.py"
+        file.write_text(source)
+        folder = interrupted(tiny.replaced(learner=learner), tmp_path / name, 10)
+        file.write_text(source + "OTHER = 1\n")
+        with pytest.raises(DescriptionError, match=f"code of {name} differs"):
+            resume(folder)
 
 
 def test_a_folder_of_an_older_format_is_refused_in_one_sentence(tiny: Description, tmp_path: Path) -> None:
@@ -379,6 +398,29 @@ def test_a_run_with_a_part_as_it_is_can_be_forked(tiny: Description, tmp_path: P
     description = tiny.replaced(phases=[FIRST, {"name": "more", "frames": 10}])
     forked = fork(source, description, out=tmp_path / "forked", **own)
     assert contents(forked) == contents(somatopy.run(description, tmp_path / "whole", **own))
+
+
+class Twist(NoIntervention):
+    """Does nothing, under a name of its own."""
+
+
+def test_a_fork_may_bring_an_intervention_of_its_own(tiny: Description, tmp_path: Path, trained: Path) -> None:
+    """Its code is none that the source was written by; one that only the source had afterwards is no difference."""
+    description = tiny.replaced(phases=[FIRST, {"name": "new", "frames": 10}])
+    own = {"interventions": {"new": [Twist]}}
+    forked = fork(trained, description, out=tmp_path / "forked", **own)
+    assert contents(forked) == contents(somatopy.run(description, tmp_path / "whole", **own))
+    plain = fork(forked.path, description, out=tmp_path / "plain")
+    assert contents(plain) == contents(somatopy.run(description, tmp_path / "plain whole"))
+
+
+def test_a_run_goes_on_with_the_interventions_that_it_began_with(tiny: Description, tmp_path: Path) -> None:
+    """Others are refused, in its phases and in phases that it has not."""
+    folder = interrupted(tiny, tmp_path / "run", 10)
+    for phase in ("intact", "nope"):
+        with pytest.raises(DescriptionError, match=f"began without the intervention .*Twist.* in a phase '{phase}'"):
+            resume(folder, interventions={phase: [Twist]})
+    assert resume(folder).summary["phases"]
 
 
 def test_a_description_that_differs_before_the_fork_is_refused(

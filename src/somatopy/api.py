@@ -101,7 +101,7 @@ def fork(
     """
     source = RunFolder(folder)
     with Session(description, **parts) as session:
-        new, old = session.description, source.description(**parts)
+        new, old = session.description, source.description(forked=True, **parts)
         if phase not in range(len(old.phases)):
             valid = ", ".join(f"{k} ({each.name!r})" for k, each in enumerate(old.phases))
             raise DescriptionError(f"{folder} has no phase {phase!r} to fork after; choose one of {valid}.")
@@ -226,7 +226,8 @@ def _stoppable() -> Iterator[Any]:
         yield lambda: bool(came)
     finally:
         for number, handler in before.items():
-            signal.signal(number, handler)
+            if handler is not None:  # one that was not installed from Python cannot be put back
+                signal.signal(number, handler)
 
 
 def finish(session: Session, folder: Path, *, whole: str | Path | None = None) -> Run:

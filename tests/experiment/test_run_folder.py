@@ -221,6 +221,20 @@ def test_a_folder_that_holds_a_run_is_not_begun_anew(run_short: RunShort, short:
     assert contents(run.path) == before
 
 
+def test_a_checkpoint_that_another_process_has_left_behind_is_not_gone_on_from(short: Short, tmp_path: Path) -> None:
+    """Somebody else resumes the run between the reading of its checkpoint and the first frame: nothing is lost."""
+    folder = RunFolder(tmp_path / "run")
+    start(short(), folder.path, 20)
+    with Session(folder.description()) as session:
+        since = folder.restore(session)
+        go_on(folder.path, 40)
+        before = contents(folder.path)
+        with pytest.raises(DescriptionError, match=r"stands at frame 40, .* at frame 20: another process"):
+            play(session, folder, ALL, since)
+    assert contents(folder.path) == before
+    assert go_on(folder.path)
+
+
 def test_a_folder_in_use_is_left_alone(short: Short, tmp_path: Path) -> None:
     """While another holds the lock nothing is written."""
     description = short(phases=[{"frames": 3}])

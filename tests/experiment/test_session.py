@@ -721,3 +721,77 @@ def test_a_session_with_a_shared_arm_goes_on_from_its_states(short: Short, own_c
                 session.restore(states[moment])
                 assert not shares or session.share_arm()
                 assert all(same(shown(frame), expected[frame.number]) for frame in session)
+
+
+class Grips(NoIntervention):
+    """Counts how often it holds; refuses where it is told to."""
+
+    def __init__(self, fails: bool = False) -> None:
+        self.held, self.fails = 0, fails
+
+    def hold(self, stage: Any) -> None:
+        if self.fails:
+            raise RuntimeError("it slipped")
+        self.held += 1
+
+    def release(self, stage: Any) -> None:
+        self.held -= 1
+
+
+def test_what_was_held_is_released_where_another_fails(short: Short) -> None:
+    """The phase's first intervention does not go on holding when its second one fails."""
+    first = Grips()
+    with Session(short(), interventions={"damaged": [lambda: first, lambda: Grips(fails=True)]}) as session:
+        for _ in range(200):
+            next(session)
+        with pytest.raises(RuntimeError, match="it slipped"):
+            next(session)
+        assert first.held == 0
+    assert first.held == 0
+
+
+def test_a_session_that_was_half_restored_does_not_go_on(short: Short) -> None:
+    """An error within `restore` leaves it broken off, until another state is restored."""
+    with Session(short()) as session:
+        next(session)
+        state = session.state()
+        with pytest.raises(KeyError):
+            session.restore({key: value for key, value in state.items() if key != "learner"})
+        assert not session.whole
+        with pytest.raises(RuntimeError, match="broken off"):
+            next(session)
+        session.restore(state)
+        assert next(session).number == 1
+
+
+def test_pictures_are_drawn_as_long_as_a_sink_asks_for_them(short: Short) -> None:
+    """After it is detached, none is drawn."""
+    seen: list[Frame] = []
+    with Session(short()) as session:
+        drawn: list[int] = []
+        next(session)
+        session.attach(seen.append, pictures=True)
+        session._reading = replace(session._reading, image=lambda: drawn.append(session.done))
+        next(session)
+        session.detach(seen.append)
+        session._reading = replace(session._reading, image=lambda: drawn.append(session.done))
+        next(session)
+    assert drawn == [1]
+
+
+class MovesArm(NoIntervention):
+    moves_arm = True
+
+
+@pytest.mark.parametrize("until", [10, 20])
+def test_no_arm_is_shared_after_one_was_moved(short: Short, until: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A run that is resumed in a phase whose intervention moves the arm, or after it, asks for no stored movement."""
+    phases = [{"name": name, "frames": 10} for name in ("a", "b", "c")]
+    own = {"interventions": {"b": [MovesArm]}}
+    with Session(short(body={"motion": "dynamic"}, phases=phases), **own) as session:
+        asked: list[Any] = []
+        monkeypatch.setattr(session.body, "share_arm", lambda *args: asked.append(args) or True, raising=True)
+        assert session.share_arm() and len(asked) == 1
+        for _ in range(until + 1):
+            next(session)
+        assert not session.share_arm() and len(asked) == 1

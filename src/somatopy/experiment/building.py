@@ -94,8 +94,13 @@ def _lists(own: Any) -> bool:
     return isinstance(own, Iterable) and not isinstance(own, str)
 
 
-def handed_over_again(table: dict[str, Any], given: Mapping[str, Any]) -> dict[str, Any]:
+def handed_over_again(table: dict[str, Any], given: Mapping[str, Any], forked: bool = False) -> dict[str, Any]:
     """A table in which parts that are handed over again stand in their places.
+
+    Args:
+        table: the description, as its file says it.
+        given: the parts by the name of `Session`'s arguments.
+        forked: whether interventions may be among them that only the fork has.
 
     Raises:
         DescriptionError: a part makes nothing, or is another than the one that the run began with.
@@ -104,7 +109,7 @@ def handed_over_again(table: dict[str, Any], given: Mapping[str, Any]) -> dict[s
     for name, part in given.items():
         if name == "interventions":
             with said_of(name):
-                found["phases"] = _interventions_again(table.get("phases", []), part)
+                found["phases"] = _interventions_again(table.get("phases", []), part, forked)
             continue
         key, kinds = _WHERE[name]
         with said_of(name):
@@ -115,10 +120,17 @@ def handed_over_again(table: dict[str, Any], given: Mapping[str, Any]) -> dict[s
     return found
 
 
-def _interventions_again(phases: list[dict[str, Any]], given: Mapping[str, Any]) -> list[dict[str, Any]]:
-    own = {
-        entry.kind: type(entry) for parts in given.values() for entry in (handed_over(INTERVENTIONS, p) for p in parts)
-    }
+def _interventions_again(phases: list[dict[str, Any]], given: Mapping[str, Any], forked: bool) -> list[dict[str, Any]]:
+    own = {}
+    for name, parts in given.items():
+        began = [entry.get("kind") for p in phases if p.get("name") == name for entry in p.get("interventions", [])]
+        for entry in (handed_over(INTERVENTIONS, part) for part in parts):
+            if entry.kind not in began and not forked:
+                raise DescriptionError(
+                    f"The run began without the intervention {entry.kind!r} in a phase {name!r}. Hand over those that "
+                    "it began with; to go on with others, fork it."
+                )
+            own[entry.kind] = type(entry)
     return [
         phase
         | {

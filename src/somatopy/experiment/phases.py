@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from typing import Any, Protocol
 
 import numpy as np
@@ -70,9 +71,12 @@ class PhaseInterventions:
             place.intervention.begin(place)
 
     def hold(self) -> None:
-        """The phase has begun, or a run is resumed within it."""
-        for place in self._places:
-            place.intervention.hold(place)
+        """The phase has begun, or a run is resumed within it; after an error, what was held is released."""
+        with ExitStack() as undo:
+            for place in self._places:
+                place.intervention.hold(place)
+                undo.callback(place.intervention.release, place)
+            undo.pop_all()
 
     def release(self) -> None:
         """The phase has ended; the last is undone first."""

@@ -14,13 +14,15 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-__all__ = ["CITE", "code_of", "differences", "versions", "written_by"]
+__all__ = ["CITE", "OWN_CODE", "code_of", "differences", "versions", "written_by"]
 
 CITE = (
     "G. Schillaci, V. V. Hafner, B. Lara: Online Learning of Visuo-Motor Coordination in a Humanoid Robot. "
     "A Biologically Inspired Model. IEEE ICDL-EpiRob, 2014.",
     "N. Rougier, Y. Boniface: Dynamic self-organising map. Neurocomputing 74(11), 1840-1847, 2011.",
 )
+#: Under this and its name stands the digest of a module of parts that are not somatopy's.
+OWN_CODE = "code of "
 _PACKAGES = ("somatopy", "numpy", "numba", "mujoco", "opencv-python-headless", "pyarrow")
 _HOME = Path(__file__).parents[1]
 #: What no frame depends on: these only read run folders, or show what happens.
@@ -43,11 +45,14 @@ def written_by(parts: Iterable[object]) -> dict[str, str]:
     """Code, commit (if there is one), Python and platform.
 
     Args:
-        parts: the parts of the experiment, whose code counts too where it is not somatopy's.
+        parts: the parts of the experiment and their settings; each module of theirs that is not somatopy's has a digest
+            of its own, under `OWN_CODE` and its name.
     """
     commit = _commit()
+    own = {type(part).__module__: file for part in parts if (file := _file_of(part)) is not None}
     return {
-        "code": code_of(parts),
+        "code": code_of(()),
+        **{f"{OWN_CODE}{module}": _digest(_meaning(own[module])) for module in sorted(own)},
         **({"commit": commit} if commit else {}),
         "python": platform.python_version(),
         "platform": f"{sys.platform} {platform.machine()}",
@@ -60,11 +65,12 @@ def code_of(parts: Iterable[object]) -> str:
     Args:
         parts: the parts of the experiment.
     """
-    digest = hashlib.sha256(_own_code().encode())
     files = {file for part in parts if (file := _file_of(part)) is not None}
-    for file in sorted(files):
-        digest.update(_meaning(file).encode())
-    return digest.hexdigest()[:16]
+    return _digest(_own_code() + "".join(map(_meaning, sorted(files))))
+
+
+def _digest(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
 @cache

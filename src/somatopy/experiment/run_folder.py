@@ -7,7 +7,7 @@ import json
 import resource
 import shutil
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from datetime import datetime
 from itertools import count
@@ -17,6 +17,7 @@ from typing import Any, Self
 
 import numpy as np
 import tomli_w
+from pydantic import BaseModel
 
 from somatopy.experiment.building import handed_over_again
 from somatopy.experiment.checkpoint import read_checkpoint, write_checkpoint
@@ -29,10 +30,11 @@ from somatopy.experiment.description import (
     validated,
 )
 from somatopy.experiment.frame import PARTS, Frame
-from somatopy.experiment.provenance import CITE, differences, versions, written_by
+from somatopy.experiment.provenance import CITE, OWN_CODE, differences, versions, written_by
 from somatopy.experiment.recorder import PART_FRAMES, Recorder
 from somatopy.experiment.session import Session
 from somatopy.files import is_aside, write_whole
+from somatopy.registry import HANDED_OVER, Settings
 
 __all__ = ["CHECKPOINT", "CHECKPOINT_S", "DESCRIPTION", "RunFolder", "write_json"]
 
@@ -103,10 +105,11 @@ class RunFolder:
 
     # -- reading -------------------------------------------------------------------------------------------------------
 
-    def description(self, **parts: Any) -> Description:
+    def description(self, *, forked: bool = False, **parts: Any) -> Description:
         """The description that the folder holds, with the parts that the run was handed over.
 
         Args:
+            forked: whether interventions may be among the parts that only a fork of the run has.
             parts: `body`, `eye`, `babbler`, `learner`, `interventions`, as `Session` takes them.
 
         Raises:
@@ -114,7 +117,9 @@ class RunFolder:
         """
         path = self.path / DESCRIPTION
         given = {name: part for name, part in parts.items() if part is not None}
-        return validated(handed_over_again(read_table(path), given), str(path)) if given else load_description(path)
+        if not given:
+            return load_description(path)
+        return validated(handed_over_again(read_table(path), given, forked), str(path))
 
     def checkpoint(self, name: str = CHECKPOINT) -> dict[str, Any]:
         """A checkpoint.
@@ -151,7 +156,8 @@ class RunFolder:
         try:
             if not forked:
                 self._check_description(found, session)
-            self._check_author(found, session, anyway)
+            if not anyway:
+                self._check_author(found["written_by"], _author(session), forked)
             session.restore(found["session"])
         except (KeyError, TypeError, ValueError, IndexError) as error:
             if isinstance(error, DescriptionError):
@@ -168,9 +174,11 @@ class RunFolder:
                 "experiment into a folder of its own."
             )
 
-    def _check_author(self, found: dict[str, Any], session: Session, anyway: bool) -> None:
-        others = [key for key in differences(found["written_by"], _author(session)) if key != _COMMIT]
-        if others and not anyway:
+    def _check_author(self, before: dict[str, Any], now: dict[str, Any], forked: bool) -> None:
+        others = [key for key in differences(before, now) if key != _COMMIT]
+        if forked:  # parts that only one of the two experiments has are no difference
+            others = [key for key in others if not key.startswith(OWN_CODE) or (key in before and key in now)]
+        if others:
             raise DescriptionError(
                 f"{self.path} was written by another version of the programs: {', '.join(others)} "
                 f"{'differs' if len(others) == 1 else 'differ'}. "
@@ -193,9 +201,11 @@ class RunFolder:
             since: the checkpoint from which the session goes on, as `restore` gave it.
 
         Raises:
-            DescriptionError: another process runs in this folder, or it holds a run and no checkpoint is given.
+            DescriptionError: another process runs in this folder or went on since the checkpoint, or the folder holds
+                a run and no checkpoint is given.
         """
         with self.locked(), self._emptied_if_nothing_ran(session, since):
+            self._check_newest(since)
             writer = _Writer(self, session, since)
             session.attach(writer)
             try:
@@ -203,6 +213,16 @@ class RunFolder:
             finally:
                 session.detach(writer)
                 writer.close()
+
+    def _check_newest(self, since: dict[str, Any] | None) -> None:
+        if since is None or not (self.path / CHECKPOINT).exists():
+            return
+        newest, read = (int(found["session"]["done"]) for found in (self.checkpoint(), since))
+        if newest != read:
+            raise DescriptionError(
+                f"{self.path} stands at frame {newest}, and the checkpoint that was read at frame {read}: another "
+                "process went on with this run in the meantime; nothing was changed. Resume it again."
+            )
 
     def begin(self, session: Session) -> None:
         """Write the description, resolved, with versions and what to cite."""
@@ -374,7 +394,21 @@ def _plain(description: Description) -> dict[str, Any]:
 
 def _author(session: Session) -> dict[str, Any]:
     """Versions, code, commit, Python and platform."""
-    return {"versions": versions(), **written_by(session.parts)}
+    return {"versions": versions(), **written_by([*session.parts, *_named(session.description)])}
+
+
+def _named(value: Any) -> Iterator[Settings]:
+    """All settings in a description whose part is named and not handed over: the module that is named counts, too."""
+    if isinstance(value, Settings) and not value.kind.startswith(HANDED_OVER):
+        yield value
+    if isinstance(value, Settings):
+        inner: Iterable[Any] = vars(value).values()
+    elif isinstance(value, BaseModel):
+        inner = (entry for _, entry in value)
+    else:
+        inner = value if isinstance(value, tuple) else ()
+    for entry in inner:
+        yield from _named(entry)
 
 
 def _author_tables(session: Session) -> dict[str, Any]:

@@ -99,7 +99,8 @@ class Session:
             self._try_drawing()
             undo.pop_all()
         self._sinks: list[Sink] = []
-        self._draws, self._drawn_late = False, 0.0
+        self._drawn_for: list[Sink] = []
+        self._drawn_late = 0.0
         self._held: int | None = None
         self._whole = True
         self._starts = np.cumsum([0, *(phase.frames for phase in self.description.phases)]).tolist()
@@ -178,7 +179,7 @@ class Session:
         if picture is None:
             return 0.0
         drawn = picture.seconds if isinstance(picture, Picture) else 0.0
-        if self._draws:
+        if self._drawn_for:
             start = perf_counter()
             picture()
             self._drawn_late = perf_counter() - start
@@ -240,11 +241,14 @@ class Session:
             pictures: whether it asks for the frame's picture, `frame.reading.image()`. It is then drawn in time.
         """
         self._sinks.append(sink)
-        self._draws |= pictures
+        if pictures:
+            self._drawn_for.append(sink)
 
     def detach(self, sink: Sink) -> None:
         """Show a sink no frame any more."""
         self._sinks.remove(sink)
+        if sink in self._drawn_for:
+            self._drawn_for.remove(sink)
 
     @property
     def whole(self) -> bool:
@@ -333,7 +337,7 @@ class Session:
         """
         body = self._resumable_body()
         self._let_go()
-        self._whole = True
+        self._whole = False
         self.done, self.hits, self.seconds = int(state["done"]), int(state["hits"]), dict(state["seconds"])
         self._reading = body.restore(state["body"])
         self.babbler.restore(state["babbler"])
@@ -347,6 +351,7 @@ class Session:
             self._phases[self.phase].hold()
             self._held = self.phase
             self._reading = body.restore(state["body"])  # sensed again: as it is now
+        self._whole = True
 
     def _resumable_body(self) -> Resumable:
         if not isinstance(self.body, Resumable):
@@ -366,7 +371,8 @@ class Session:
             compute: whether to compute and keep the movement if it is not kept yet.
 
         Returns:
-            Whether it is used: the body must be one whose arm moves alone, by physics.
+            Whether it is used: the body must be one whose arm moves alone, by physics, and no intervention that may
+            change how it moves has begun.
         """
         body, babbling = self.body, self.description.babbling
         if not isinstance(body, SharesArm):
@@ -374,8 +380,10 @@ class Session:
         ranges = {name: np.asarray(limits).tolist() for name, limits in getattr(body, "ranges", {}).items()}
         said = self.description.model_dump_json(include={"seed", "babbling"}), code_of([self.babbler]), ranges
         targets = self._arm_targets if compute else None
-        is_known = not babbling.kind.startswith(HANDED_OVER)
-        return is_known and body.share_arm(repr(said).encode(), self.description.frames, targets)
+        began = [phase for phase, start in zip(self._phases, self._starts, strict=False) if start < self.done]
+        if babbling.kind.startswith(HANDED_OVER) or any(phase.move_arm for phase in began):
+            return False
+        return body.share_arm(repr(said).encode(), self.description.frames, targets)
 
     def _arm_targets(self) -> Floats:
         """What the babbler will say in each frame, shape (frames, n_arm), rad."""
