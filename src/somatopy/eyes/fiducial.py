@@ -27,7 +27,7 @@ class FiducialEye:
         camera: size and focal length of the pictures.
         marker: sizes, ids and dictionary of the tags; the dictionary is cut down to these ids.
         skip: whether to spare what of a picture can show no tag, all of it or what is around the cube, where the body
-            knows its true poses. `frustum.part_with_tags` is cautious: the answers are the same (see docs/eyes.md).
+            knows its true poses. `frustum.part_with_tags` is cautious; docs/eyes.md says how this was measured.
 
     Example:
         >>> dictionary = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50)
@@ -146,7 +146,7 @@ class Fiducial(Settings):
     """OpenCV's ArUco detector on the camera's picture."""
 
     skip: Annotated[
-        bool, Doc("Whether to spare pictures, and parts of pictures, that can show no tag; the answers are the same.")
+        bool, Doc("Whether to spare pictures, and parts of pictures, that can show no tag (docs/eyes.md).")
     ] = True
 
     def build(self, context: BuildContext) -> FiducialEye:
