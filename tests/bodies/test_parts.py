@@ -273,3 +273,24 @@ def test_watch_notices_every_byte(size: int) -> None:
             array[k] = 1
             assert watch.changed()
             assert not watch.changed()
+
+
+def test_a_pair_of_the_models_own_between_arm_and_head_pushes_neither(robot: Robot) -> None:
+    """They pass through each other, as without it, and move alone."""
+    named = ('<geom type="sphere" size=".04" mass=".1"/>\n        <body name="face">', "")
+    pairs = '<contact><pair geom1="ball" geom2="rod"/></contact>\n  <actuator>\n    <position joint="lift"'
+    plain = robot()
+    text = (plain.parent / "crane.xml").read_text()
+    assert named[0] in text
+    text = text.replace(named[0], named[0].replace("<geom ", '<geom name="ball" '))
+    text = text.replace('<geom type="capsule" fromto="0 0 0 .2', '<geom name="rod" type="capsule" fromto="0 0 0 .2')
+    (plain.parent / "crane.xml").write_text(text.replace('<actuator>\n    <position joint="lift"', pairs))
+    body = MujocoBody(plain)
+    model = body.model
+    between = {model.geom("ball").id, model.geom("rod").id}
+    margins = [
+        margin
+        for first, second, margin in zip(model.pair_geom1, model.pair_geom2, model.pair_margin, strict=True)
+        if {int(first), int(second)} == between
+    ]
+    assert margins == [-1.0] and body.arm_moves_alone

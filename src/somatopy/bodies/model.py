@@ -116,9 +116,16 @@ def _require(spec: mujoco.MjSpec, anatomy: Anatomy, kind: str, names: Sequence[s
 
 
 def _part_arm_and_head(spec: mujoco.MjSpec, anatomy: Anatomy) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Arm and head pass through each other: a pair with a negative margin is noticed but exerts no force."""
+    """Arm and head pass through each other: a pair with a negative margin is noticed but exerts no force.
+
+    Pairs of the model's own between the two give way to it.
+    """
     arm, head = (_solids(spec.joint(group.joints[0]).parent) for group in (anatomy.arm, anatomy.head))
     name_all(spec)
+    between = {frozenset((a.name, b.name)) for a, b in product(arm, head)}
+    for pair in list(spec.pairs):
+        if frozenset((pair.geomname1, pair.geomname2)) in between:
+            spec.delete(pair)
     for a, b in product(arm, head):
         spec.add_pair(geomname1=a.name, geomname2=b.name, margin=-1.0, gap=1.0)
     return tuple(g.name for g in arm), tuple(g.name for g in head)

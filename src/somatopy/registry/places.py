@@ -81,7 +81,7 @@ def found(module: str, attribute: str) -> Any:
             sys.path.append(here)
             importlib.invalidate_caches()
             found = importlib.import_module(module)
-    except ImportError as error:
+    except ModuleNotFoundError as error:
         raise UnknownKind(f"cannot be imported ({error}); looked among the installed packages and in {here}") from error
     except (Exception, SystemExit) as error:  # a script without `if __name__ == "__main__"` may exit
         raise UnknownKind(f"cannot be imported: {module} fails with {type(error).__name__}: {error}") from error
