@@ -11,7 +11,8 @@ from typing import Annotated, Any
 import tyro
 
 from somatopy.cli.mirror import keys, mark, mirrored, plain, shown
-from somatopy.cli.overrides import Option, aliases, chosen, damage_of_phase, flagged
+from somatopy.cli.overrides import Option, aliases, chosen, damage_of_phase
+from somatopy.experiment.changes import flagged
 from somatopy.experiment.description import Description, DescriptionError, validated
 
 __all__ = ["OnCheckpoint", "OnRun", "Options", "parse"]
@@ -81,7 +82,7 @@ def parse(args: Sequence[str], description: Description, program: str, text: str
     groups = list(_by_option(asked))
     short = [word for words in groups if _name(words) in known for word in words]
     flags = tyro.cli(Flags, args=short, prog=program)
-    table = flagged(flags, description)
+    table = flagged(vars(flags), description)
     dotted = chosen(table, [Option.of(words) for words in groups if _name(words) not in known])
     described = _checked(table, groups)
     _check_names(groups, [*sorted(known), *keys(mirrored(described)), *aliases(described)])

@@ -1,16 +1,17 @@
-"""What options do to a description before values are parsed: short flags, chosen kinds, short forms of phases."""
+"""What dotted options do to a description before values are parsed: chosen kinds, short forms of phases."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import MISSING, fields
-from typing import Any, NamedTuple, Protocol, get_origin, get_type_hints
+from typing import Any, NamedTuple, get_origin, get_type_hints
 
-from somatopy.experiment.description import SHORT_FORMS, Description, DescriptionError, frames_of, stands_for
+from somatopy.experiment.changes import damage_named, replace_short, standing_for
+from somatopy.experiment.description import SHORT_FORMS, Description, DescriptionError, stands_for
 from somatopy.registry import INTERVENTIONS, Kinds, Settings, UnknownKind
 
-__all__ = ["Option", "aliases", "chosen", "damage_of_phase", "flagged"]
+__all__ = ["Option", "aliases", "chosen", "damage_of_phase"]
 
 
 class Option(NamedTuple):
@@ -42,92 +43,6 @@ class Option(NamedTuple):
     def short_form(self) -> str | None:
         """The short form of a phase that it speaks of."""
         return self.path[2] if self.path[0] == "phases" and self.path[2:3] and self.path[2] in SHORT_FORMS else None
-
-
-# -- short flags -------------------------------------------------------------------------------------------------------
-
-
-class Short(Protocol):
-    """The short flags that change a description; None leaves it as it is."""
-
-    @property
-    def eye(self) -> str | None: ...
-    @property
-    def motion(self) -> str | None: ...
-    @property
-    def learner(self) -> str | None: ...
-    @property
-    def minutes(self) -> float | None: ...
-    @property
-    def damage_minutes(self) -> float | None: ...
-    @property
-    def damage(self) -> str | None: ...
-
-
-def flagged(flags: Short, description: Description) -> dict[str, Any]:
-    """The description as a table, changed by the short flags."""
-    table = description.model_dump()
-    table["phases"] = [{**phase, "interventions": list(phase["interventions"])} for phase in table["phases"]]
-    if flags.motion:
-        table["body"]["motion"] = flags.motion
-    for part, kind in (("learner", flags.learner), ("eye", flags.eye)):
-        if kind and kind != table[part]["kind"]:
-            table[part] = {"kind": kind}
-    if flags.minutes is not None:
-        table["phases"][0]["frames"] = frames_of(flags.minutes)
-    if flags.damage_minutes is not None or flags.damage is not None:
-        _damage_second(table["phases"], flags)
-    return table
-
-
-def _damage_second(phases: list[dict[str, Any]], flags: Short) -> None:
-    if len(phases) < 2:
-        damaged = {"name": "damaged", "frames": 0, "interventions": [{"kind": "offset"}], "trend_breaks": (7,)}
-        phases.append(damaged)
-    if flags.damage_minutes is not None:
-        phases[1]["frames"] = frames_of(flags.damage_minutes)
-    if flags.damage is not None:
-        _replace(phases[1]["interventions"], "damage", _damage(flags.damage, "--damage"))
-
-
-def _damage(text: str, word: str) -> dict[str, Any] | None:
-    """A damage from its short form; None if there is to be none."""
-    kind, _, numbers = text.partition(":")
-    if text == "none":
-        return None
-    if text == "paper":
-        return {"kind": "offset"}
-    if kind == "offset" and numbers:
-        try:
-            return {"kind": "offset", "offset": tuple(float(n) for n in numbers.split(","))}
-        except ValueError as error:
-            raise DescriptionError(f"{word} {text!r}: {error}. Write numbers, rad, one a joint.") from error
-    if text == "offset" or (text not in INTERVENTIONS and not numbers):
-        others = ", ".join(name for name in INTERVENTIONS if name != "offset")
-        raise DescriptionError(
-            f"{word} {text!r} is unknown; choose none, paper or offset:a,b,c,d (rad, one a joint), another kind of "
-            f"intervention ({others}), or name one of your own by its place: my_package.my_file:MyDamage."
-        )
-    return {"kind": text}
-
-
-def _replace(interventions: list[dict[str, Any]], key: str, new: dict[str, Any] | None) -> None:
-    """Put an intervention in the place of those that a short form of a phase stands for, or remove them."""
-    places = _standing_for(key, interventions)
-    for place in reversed(places):
-        del interventions[place]
-    if new is not None:
-        order = list(SHORT_FORMS)
-        behind = [k for k, entry in enumerate(interventions) if _short_of(entry["kind"], order) <= order.index(key)]
-        interventions.insert(places[0] if places else max(behind, default=-1) + 1, new)
-
-
-def _standing_for(key: str, interventions: Sequence[Mapping[str, Any]]) -> list[int]:
-    return [k for k, entry in enumerate(interventions) if stands_for(key, entry["kind"])]
-
-
-def _short_of(kind: str, order: list[str]) -> int:
-    return next(k for k, key in enumerate(order) if stands_for(key, kind))
 
 
 # -- dotted options ----------------------------------------------------------------------------------------------------
@@ -167,12 +82,12 @@ def _choose_short(table: dict[str, Any], option: Option) -> None:
     if key != "plastic" and behind in ((), ("kind",)) and len(values) != 1:
         raise DescriptionError(f"{option.word} takes one value, not {len(values)}.")
     if key == "plastic" and not behind:
-        _replace(phase["interventions"], key, {"kind": "plastic", "parts": values})
+        replace_short(phase["interventions"], key, {"kind": "plastic", "parts": values})
     elif key == "start" and not behind:
         choices = ["continue", *sorted(SHORT_FORMS["start"])]
         if values[0] not in choices:
             raise DescriptionError(f"{option.word} {values[0]!r} is unknown; choose one of {', '.join(choices)}.")
-        _replace(phase["interventions"], key, None if values[0] == "continue" else {"kind": values[0]})
+        replace_short(phase["interventions"], key, None if values[0] == "continue" else {"kind": values[0]})
     elif key == "damage" and behind in ((), ("kind",)):
         _choose_damage(phase["interventions"], option)
 
@@ -180,11 +95,11 @@ def _choose_short(table: dict[str, Any], option: Option) -> None:
 def _choose_damage(interventions: list[dict[str, Any]], option: Option) -> None:
     """A damage of the kind that is there already keeps its settings when its kind is chosen again."""
     text, by_kind = option.values[0], option.path[3:] == ("kind",)
-    places = _standing_for("damage", interventions)
+    places = standing_for("damage", interventions)
     if by_kind and len(places) == 1 and interventions[places[0]]["kind"] == text:
         return
     plain = {"kind": text} if by_kind and text != "none" else None
-    _replace(interventions, "damage", plain if by_kind else _damage(text, option.word))
+    replace_short(interventions, "damage", plain if by_kind else damage_named(text, option.word))
 
 
 def _choose(table: dict[str, Any], path: tuple[str, ...], kind: str) -> None:
@@ -246,7 +161,7 @@ def _told(table: dict[str, Any], option: Option) -> Option | None:
         return None if not behind else option
     if behind in ((), ("kind",)):
         return None
-    places = _standing_for("damage", phase["interventions"])
+    places = standing_for("damage", phase["interventions"])
     if len(places) != 1:
         raise DescriptionError(
             f"{option.word} asks for one damage in phase {number}, which has {len(places)}; choose one with "

@@ -1,0 +1,195 @@
+"""Changes of a description by short words and dotted keys, as command lines and studies write them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from somatopy.experiment.description import SHORT_FORMS, Description, DescriptionError, frames_of, stands_for, validated
+from somatopy.experiment.presets import CONTROLS
+from somatopy.registry import INTERVENTIONS
+
+__all__ = ["SHORT_WORDS", "changed", "damage_named", "flagged", "replace_short", "standing_for"]
+
+#: Words that stand for changes of more than one key, and are no dotted keys.
+SHORT_WORDS = ("eye", "motion", "learner", "minutes", "damage_minutes", "damage")
+
+
+def changed(
+    description: Description, changes: Mapping[str, Any], source: str = "The changed experiment"
+) -> Description:
+    """A description with some things changed: short words first, then dotted keys, the control last.
+
+    Args:
+        description: what is changed.
+        changes: by short word (`SHORT_WORDS`), by dotted key such as "babbling.speed" or "phases.1.plastic", or by
+            "control", whose value is the name of one of `CONTROLS`. A key that names a part takes the name of a kind or
+            a whole table.
+        source: what to call the result in an error.
+
+    Raises:
+        DescriptionError: an unknown key (the valid ones are listed), a wrong type or value.
+
+    Example:
+        >>> from somatopy.experiment import paper
+        >>> slow = changed(paper(), {"minutes": 2, "babbling.speed": 0.25, "control": "frozen"})
+        >>> slow.phases[0].frames, slow.babbling.speed, slow.phases[0].interventions[0].parts
+        (1800, 0.25, ('links',))
+    """
+    words = {key.replace("-", "_"): value for key, value in changes.items()}
+    table = flagged({key: words[key] for key in SHORT_WORDS if key in words}, description)
+    for key in sorted(words.keys() - {*SHORT_WORDS, "control"}, key=lambda key: (key.count("."), key)):
+        _set(table, key, words[key])
+    found = validated(table, source)
+    control = words.get("control", "none")
+    if control == "none":
+        return found
+    if control not in CONTROLS:
+        raise DescriptionError(f"control = {control!r} is unknown; choose none or one of {', '.join(CONTROLS)}.")
+    return CONTROLS[control](found)
+
+
+def flagged(short: Mapping[str, Any], description: Description) -> dict[str, Any]:
+    """The description as a table, changed by short words; a word that is absent or None changes nothing.
+
+    Raises:
+        DescriptionError: minutes that are negative, or a damage that nobody knows.
+    """
+    words = {key: value for key in SHORT_WORDS if (value := short.get(key)) is not None}
+    table = description.model_dump()
+    table["phases"] = [{**phase, "interventions": list(phase["interventions"])} for phase in table["phases"]]
+    if "motion" in words:
+        table["body"]["motion"] = words["motion"]
+    for part in ("learner", "eye"):
+        if part in words:
+            _choose(table, part, words[part])
+    if "minutes" in words:
+        table["phases"][0]["frames"] = frames_of(words["minutes"])
+    if "damage_minutes" in words or "damage" in words:
+        _damage_second(table["phases"], words)
+    return table
+
+
+def _damage_second(phases: list[dict[str, Any]], words: Mapping[str, Any]) -> None:
+    if len(phases) < 2:
+        damaged = {"name": "damaged", "frames": 0, "interventions": [{"kind": "offset"}], "trend_breaks": (7,)}
+        phases.append(damaged)
+    if "damage_minutes" in words:
+        phases[1]["frames"] = frames_of(words["damage_minutes"])
+    if "damage" in words:
+        replace_short(phases[1]["interventions"], "damage", damage_named(words["damage"], "--damage"))
+
+
+def damage_named(text: Any, word: str) -> dict[str, Any] | None:
+    """A damage from its short form; None if there is to be none.
+
+    Args:
+        text: "none", "paper", "offset:A,B,C,D" in rad, a kind of intervention, or a table of its settings.
+        word: what to call it in an error.
+
+    Raises:
+        DescriptionError: nobody knows it.
+    """
+    if isinstance(text, Mapping):
+        return None if text.get("kind") == "none" else dict(text)
+    kind, _, numbers = str(text).partition(":")
+    if text == "none":
+        return None
+    if text == "paper":
+        return {"kind": "offset"}
+    if kind == "offset" and numbers:
+        try:
+            return {"kind": "offset", "offset": tuple(float(n) for n in numbers.split(","))}
+        except ValueError as error:
+            raise DescriptionError(f"{word} {text!r}: {error}. Write numbers, rad, one a joint.") from error
+    if text == "offset" or (text not in INTERVENTIONS and not numbers):
+        others = ", ".join(name for name in INTERVENTIONS if name != "offset")
+        raise DescriptionError(
+            f"{word} {text!r} is unknown; choose none, paper or offset:a,b,c,d (rad, one a joint), another kind of "
+            f"intervention ({others}), or name one of your own by its place: my_package.my_file:MyDamage."
+        )
+    return {"kind": text}
+
+
+def replace_short(interventions: list[dict[str, Any]], key: str, new: dict[str, Any] | None) -> None:
+    """Put an intervention in the place of those that a short form of a phase stands for, or remove them."""
+    places = standing_for(key, interventions)
+    for place in reversed(places):
+        del interventions[place]
+    if new is not None:
+        order = list(SHORT_FORMS)
+        behind = [k for k, entry in enumerate(interventions) if _short_of(entry["kind"], order) <= order.index(key)]
+        interventions.insert(places[0] if places else max(behind, default=-1) + 1, new)
+
+
+def standing_for(key: str, interventions: Sequence[Mapping[str, Any]]) -> list[int]:
+    """The places of the interventions that a short form of a phase stands for."""
+    return [k for k, entry in enumerate(interventions) if stands_for(key, entry["kind"])]
+
+
+def _short_of(kind: str, order: list[str]) -> int:
+    return next(k for k, key in enumerate(order) if stands_for(key, kind))
+
+
+# -- dotted keys -------------------------------------------------------------------------------------------------------
+
+
+def _set(table: dict[str, Any], key: str, value: Any) -> None:
+    """Set what stands at a dotted key; of another kind than before, a part begins with its defaults."""
+    path = key.split(".")
+    parent, last = _parent(table, path), path[-1]
+    if path[0] == "phases" and len(path) == 3 and last in SHORT_FORMS:
+        _set_short(parent, last, value, key)
+    elif last == "kind":
+        _choose(_parent(table, path[:-1]), path[-2], value)
+    elif isinstance(parent, list):
+        parent[_place(parent, last, key)] = value
+    else:
+        _choose(parent, last, value)
+
+
+def _parent(table: dict[str, Any], path: Sequence[str]) -> Any:
+    """The table or list in which the last of some keys stands."""
+    found: Any = table
+    for depth, key in enumerate(path[:-1]):
+        if isinstance(found, list | tuple):
+            found = found[_place(found, key, ".".join(path))]
+        else:
+            valid = found
+            found = found.get(key) if isinstance(found, Mapping) else None
+            if not isinstance(found, dict | list | tuple):
+                there = f"; keys there: {', '.join(valid)}" if isinstance(valid, Mapping) else ""
+                where = ".".join(path[: depth + 1])
+                raise DescriptionError(f"{'.'.join(path)!r}: {where!r} is no table of this experiment{there}.")
+    return found
+
+
+def _place(entries: Sequence[Any], key: str, whole: str) -> int:
+    if not (key.isdigit() and int(key) < len(entries)):
+        raise DescriptionError(f"{whole!r}: there is no entry {key!r}; there are {len(entries)}, counted from 0.")
+    return int(key)
+
+
+def _choose(parent: dict[str, Any], name: str, value: Any) -> None:
+    """Set a value; where a part stands, the name of its kind keeps its settings and another kind replaces them."""
+    part = parent.get(name)
+    if isinstance(part, Mapping) and "kind" in part and isinstance(value, str):
+        if part["kind"] != value:
+            parent[name] = {"kind": value}
+    else:
+        parent[name] = value
+
+
+def _set_short(phase: dict[str, Any], key: str, value: Any, whole: str) -> None:
+    """Set a short form of a phase."""
+    new: dict[str, Any] | None
+    if key == "damage":
+        new = damage_named(value, whole)
+    elif key == "plastic":
+        new = {"kind": "plastic", "parts": [value] if isinstance(value, str) else value}
+    else:
+        choices = ["continue", *sorted(SHORT_FORMS["start"])]
+        if value not in choices:
+            raise DescriptionError(f"{whole} = {value!r} is unknown; choose one of {', '.join(choices)}.")
+        new = None if value == "continue" else {"kind": value}
+    replace_short(phase["interventions"], key, new)
