@@ -3,6 +3,7 @@
 The names here are what most users need; they are imported when first used:
 
 - `run(description)` runs an experiment and returns its run folder, opened; `load_run(path)` opens one again;
+- `study(descriptions, seeds=5)` runs many, in all cores, and gathers their measures in one table;
 - `paper()` describes the paper's experiment, `Description` any other, `load_description(path)` reads one from TOML;
 - `DSOM` is the self-organising map, `HebbianLinks` the table that joins two, `HebbianLearner` the paper's learner;
 - `MujocoBody` is a simulated robot, `FiducialEye` finds the marker on its hand;
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
         check_map,
         load_map,
     )
+    from somatopy.studies import study
 
 __all__ = [
     "DSOM",
@@ -66,6 +68,7 @@ __all__ = [
     "paper",
     "resume",
     "run",
+    "study",
 ]
 
 _HOMES = {
@@ -96,6 +99,7 @@ _HOMES = {
     "paper": "experiment",
     "resume": "api",
     "run": "api",
+    "study": "studies",
 }
 
 

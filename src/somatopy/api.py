@@ -33,13 +33,23 @@ class Interrupted(KeyboardInterrupt):
     """Somebody stopped the run; the message says how to go on."""
 
 
-def run(description: Description, out: str | Path | None = None, *, progress: bool = True, **parts: Parts) -> Run:
+def run(
+    description: Description,
+    out: str | Path | None = None,
+    *,
+    progress: bool = True,
+    ceiling: bool = True,
+    maps: bool = True,
+    **parts: Parts,
+) -> Run:
     """Run an experiment, then the analysis.
 
     Args:
         description: what to run.
         out: the run folder, new or empty; runs/<time>_<name>_seed<k> if None.
         progress: whether to show how far it is, on standard error.
+        ceiling: whether the ceiling of the run is computed at its end.
+        maps: whether what was learned is kept at the end of each window.
         parts: `body`, `eye`, `babbler`, `learner`, `interventions` of your own, as `Session` takes them.
 
     Returns:
@@ -52,16 +62,26 @@ def run(description: Description, out: str | Path | None = None, *, progress: bo
         Interrupted: on Ctrl-C or SIGTERM, with a checkpoint written.
     """
     with begin(description, out, **parts) as (session, folder):
-        play(session, folder, progress=progress)
-        return finish(session, folder.path)
+        play(session, folder, progress=progress, maps=maps)
+        return finish(session, folder.path, bounds=ceiling)
 
 
-def resume(folder: str | Path, *, progress: bool = True, anyway: bool = False, **parts: Parts) -> Run:
+def resume(
+    folder: str | Path,
+    *,
+    progress: bool = True,
+    ceiling: bool = True,
+    maps: bool = True,
+    anyway: bool = False,
+    **parts: Parts,
+) -> Run:
     """Continue an interrupted or killed run bit for bit, then the analysis; a finished run is only analysed.
 
     Args:
         folder: the run folder.
         progress: whether to show how far it is, on standard error.
+        ceiling: whether the ceiling of the run is computed at its end.
+        maps: whether what was learned is kept at the end of each window.
         anyway: whether to go on although versions or code are others than those that wrote it.
         parts: the parts of your own that the run began with and that cannot be imported, as `Session` takes them.
 
@@ -71,8 +91,8 @@ def resume(folder: str | Path, *, progress: bool = True, anyway: bool = False, *
         Interrupted: on Ctrl-C or SIGTERM, with a checkpoint written.
     """
     with reopen(folder, anyway=anyway, **parts) as (session, opened, since):
-        play(session, opened, since, progress=progress)
-        return finish(session, opened.path)
+        play(session, opened, since, progress=progress, maps=maps)
+        return finish(session, opened.path, bounds=ceiling)
 
 
 def fork(
@@ -82,6 +102,8 @@ def fork(
     out: str | Path | None = None,
     *,
     progress: bool = True,
+    ceiling: bool = True,
+    maps: bool = True,
     anyway: bool = False,
     **parts: Parts,
 ) -> Run:
@@ -93,6 +115,8 @@ def fork(
         phase: the last phase to take over.
         out: the new run folder, new or empty; runs/<time>_<name>_seed<k> if None.
         progress: whether to show how far it is, on standard error.
+        ceiling: whether the ceiling of the run is computed at its end.
+        maps: whether what was learned is kept at the end of each window.
         anyway: whether to go on although versions or code are others than those that wrote it.
         parts: parts of your own, as `Session` takes them.
 
@@ -119,8 +143,8 @@ def fork(
         since = source.restore(session, end, anyway=anyway, forked=True)
         target = RunFolder.new(out, new)
         _take_over(source.path, target.path, since["recorder"]["parts"], phase)
-        play(session, target, since, progress=progress)
-        return finish(session, target.path)
+        play(session, target, since, progress=progress, maps=maps)
+        return finish(session, target.path, bounds=ceiling)
 
 
 def _take_over(old: Path, new: Path, windows: int, phase: int) -> None:
@@ -163,6 +187,7 @@ def play(
     since: dict[str, Any] | None = None,
     *,
     progress: bool = True,
+    maps: bool = True,
     whole: str | Path | None = None,
 ) -> None:
     """Let a session run to its end, and record it.
@@ -174,6 +199,7 @@ def play(
         folder: its folder.
         since: the checkpoint from which it goes on.
         progress: whether to show how far it is, on standard error.
+        maps: whether what was learned is kept at the end of each window.
         whole: the folder to name for going on, where this run is part of a greater whole.
 
     Raises:
@@ -182,7 +208,7 @@ def play(
     session.share_arm()
     bar, named = ProgressBar(session) if progress else nullcontext(), Path(whole or folder.path)
     try:
-        with _stoppable() as stopped, folder.recording(session, since), bar:
+        with _stoppable() as stopped, folder.recording(session, since, maps=maps), bar:
             for _ in session:
                 if stopped():
                     break
@@ -230,12 +256,13 @@ def _stoppable() -> Iterator[Any]:
                 signal.signal(number, handler)
 
 
-def finish(session: Session, folder: Path, *, whole: str | Path | None = None) -> Run:
+def finish(session: Session, folder: Path, *, bounds: bool = True, whole: str | Path | None = None) -> Run:
     """What comes after the last frame: the ceiling of this trajectory, where the body can tell it, then the summary.
 
     Args:
         session: what has run.
         folder: its folder.
+        bounds: whether ceiling and reactive bound are computed.
         whole: the folder to name for going on, where this run is part of a greater whole.
 
     Raises:
@@ -243,7 +270,7 @@ def finish(session: Session, folder: Path, *, whole: str | Path | None = None) -
     """
     opened = load_run(folder)
     try:
-        if isinstance(session.body, Twin):
+        if bounds and isinstance(session.body, Twin):
             _write_ceiling(session, opened)
         write_summary(opened)
     except KeyboardInterrupt:

@@ -17,6 +17,8 @@ VERBS = {
     "resume": "continue a run after Ctrl-C or a kill, bit for bit",
     "report": "draw a run's figures and write its page, or one page that compares several runs",
     "evaluate": "ask what a run has learned, on postures it never met",
+    "compare": "compare learners and damages under many seeds, in all cores",
+    "study": "run many experiments that a study file describes, here or on a Ray cluster",
     "list": "list presets, bodies, babbling ranges, learners, damages and all other kinds",
 }
 

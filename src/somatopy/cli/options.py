@@ -15,7 +15,7 @@ from somatopy.cli.overrides import Option, aliases, chosen, damage_of_phase
 from somatopy.experiment.changes import flagged
 from somatopy.experiment.description import Description, DescriptionError, validated
 
-__all__ = ["OnCheckpoint", "OnRun", "Options", "parse"]
+__all__ = ["Flags", "OnCheckpoint", "OnRun", "Options", "parse"]
 
 _DAMAGES = "none|paper|offset:A,B,C,D|KIND"
 _OUT = "The run folder, new or empty; runs/<time>_<name>_seed<k> if none is named."
@@ -53,18 +53,27 @@ class Options:
 
     Attributes:
         description: the experiment that the flags lead to.
-        out: the run folder that was named.
-        json: whether to print one JSON object.
-        debug: whether to show tracebacks.
+        flags: the short flags as they were given.
     """
 
     description: Description
-    out: Path | None
-    json: bool
-    debug: bool
+    flags: Any
+
+    @property
+    def out(self) -> Path | None:
+        """The folder that was named."""
+        out: Path | None = self.flags.out
+        return out
+
+    @property
+    def json(self) -> bool:
+        """Whether to print one JSON object."""
+        return bool(self.flags.json)
 
 
-def parse(args: Sequence[str], description: Description, program: str, text: str) -> Options:
+def parse(
+    args: Sequence[str], description: Description, program: str, text: str, flags: type[Flags] = Flags
+) -> Options:
     """Short flags, then dotted overrides, over `description`.
 
     Args:
@@ -72,31 +81,32 @@ def parse(args: Sequence[str], description: Description, program: str, text: str
         description: what a preset or file says.
         program: how the command is called, for the help text.
         text: what it does, with an example, for the help text.
+        flags: the short flags, where a command has more than the common ones.
 
     Raises:
         DescriptionError: an unknown option (the valid ones are listed), or a value that does not fit.
         SystemExit: help was asked for (0) or a value does not parse (2).
     """
     asked = [a for a in args if a not in ("-h", "--help")]
-    known = {f.name for f in fields(Flags)}
+    known = {f.name for f in fields(flags)}
     groups = list(_by_option(asked))
     short = [word for words in groups if _name(words) in known for word in words]
-    flags = tyro.cli(Flags, args=short, prog=program)
-    table = flagged(vars(flags), description)
+    given = tyro.cli(flags, args=short, prog=program)
+    table = flagged(vars(given), description)
     dotted = chosen(table, [Option.of(words) for words in groups if _name(words) not in known])
     described = _checked(table, groups)
     _check_names(groups, [*sorted(known), *keys(mirrored(described)), *aliases(described)])
     if len(asked) < len(args):
-        _read(mirrored(described, as_help=True), ["--help"], program, text + _BEHIND)
+        _read(mirrored(described, as_help=True), flags, ["--help"], program, text + _BEHIND)
     words = [*short, *(word for option in dotted for word in option.words)]
-    found = _read(mirrored(described), words, program, text)
-    return Options(_checked(plain(found.description), groups), flags.out, flags.json, flags.debug)
+    found = _read(mirrored(described), flags, words, program, text)
+    return Options(_checked(plain(found.description), groups), given)
 
 
-def _read(mirror: Any, words: Sequence[str], program: str, text: str) -> Any:
+def _read(mirror: Any, flags: type[Flags], words: Sequence[str], program: str, text: str) -> Any:
     """Let tyro read the words into short flags and a mirror of the description."""
     entry = ("description", shown(type(mirror)), field(default_factory=lambda: mirror))
-    command = make_dataclass("Command", [entry], bases=(Flags,), frozen=True)
+    command = make_dataclass("Command", [entry], bases=(flags,), frozen=True)
     return tyro.cli(command, args=words, prog=program, description=text, config=(tyro.conf.AvoidSubcommands,))
 
 

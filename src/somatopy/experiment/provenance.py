@@ -14,7 +14,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-__all__ = ["CITE", "OWN_CODE", "code_of", "differences", "versions", "written_by"]
+__all__ = ["CITE", "OWN_CODE", "code_of", "differences", "digest", "meaning", "versions", "written_by"]
 
 CITE = (
     "G. Schillaci, V. V. Hafner, B. Lara: Online Learning of Visuo-Motor Coordination in a Humanoid Robot. "
@@ -26,7 +26,7 @@ OWN_CODE = "code of "
 _PACKAGES = ("somatopy", "numpy", "numba", "mujoco", "opencv-python-headless", "pyarrow")
 _HOME = Path(__file__).parents[1]
 #: What no frame depends on: these only read run folders, or show what happens.
-_LOOKING_ON = frozenset({"analysis", "cli", "api.py", "__init__.py"})
+_LOOKING_ON = frozenset({"analysis", "studies", "cli", "api.py", "__init__.py"})
 
 
 def versions() -> dict[str, str]:
@@ -52,7 +52,7 @@ def written_by(parts: Iterable[object]) -> dict[str, str]:
     own = {type(part).__module__: file for part in parts if (file := _file_of(part)) is not None}
     return {
         "code": code_of(()),
-        **{f"{OWN_CODE}{module}": _digest(_meaning(own[module])) for module in sorted(own)},
+        **{f"{OWN_CODE}{module}": digest(meaning(own[module])) for module in sorted(own)},
         **({"commit": commit} if commit else {}),
         "python": platform.python_version(),
         "platform": f"{sys.platform} {platform.machine()}",
@@ -66,10 +66,11 @@ def code_of(parts: Iterable[object]) -> str:
         parts: the parts of the experiment.
     """
     files = {file for part in parts if (file := _file_of(part)) is not None}
-    return _digest(_own_code() + "".join(map(_meaning, sorted(files))))
+    return digest(_own_code() + "".join(map(meaning, sorted(files))))
 
 
-def _digest(text: str) -> str:
+def digest(text: str) -> str:
+    """Sixteen hexadecimal digits that stand for a text."""
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
@@ -78,11 +79,11 @@ def _own_code() -> str:
     digest = hashlib.sha256()
     for file in sorted(_HOME.rglob("*.py")):
         if file.relative_to(_HOME).parts[0] not in _LOOKING_ON:
-            digest.update(_meaning(file).encode())
+            digest.update(meaning(file).encode())
     return digest.hexdigest()
 
 
-def _meaning(file: Path) -> str:
+def meaning(file: Path) -> str:
     """The syntax tree of a file without its docstrings, as text."""
     tree = ast.parse(file.read_text(encoding="utf-8"))
     for node in ast.walk(tree):

@@ -189,7 +189,7 @@ class RunFolder:
     # -- writing -------------------------------------------------------------------------------------------------------
 
     @contextmanager
-    def recording(self, session: Session, since: dict[str, Any] | None = None) -> Iterator[None]:
+    def recording(self, session: Session, since: dict[str, Any] | None = None, *, maps: bool = True) -> Iterator[None]:
         """Record the frames of a session for as long as the context lasts.
 
         A checkpoint is written at the start, every `CHECKPOINT_S` seconds, with every part, at the end of each phase
@@ -199,6 +199,7 @@ class RunFolder:
         Args:
             session: whose frames are recorded.
             since: the checkpoint from which the session goes on, as `restore` gave it.
+            maps: whether what was learned is kept at the end of each window.
 
         Raises:
             DescriptionError: another process runs in this folder or went on since the checkpoint, or the folder holds
@@ -206,7 +207,7 @@ class RunFolder:
         """
         with self.locked(), self._emptied_if_nothing_ran(session, since):
             self._check_newest(since)
-            writer = _Writer(self, session, since)
+            writer = _Writer(self, session, since, maps)
             session.attach(writer)
             try:
                 yield
@@ -271,8 +272,8 @@ class RunFolder:
 class _Writer:
     """The sink that writes a session's frames, maps, checkpoints and cost into its folder."""
 
-    def __init__(self, folder: RunFolder, session: Session, since: dict[str, Any] | None) -> None:
-        self._path, self._session = folder.path, session
+    def __init__(self, folder: RunFolder, session: Session, since: dict[str, Any] | None, maps: bool) -> None:
+        self._path, self._session, self._maps = folder.path, session, maps
         self._author = _author(session)
         self._recorder = Recorder(self._path / "frames", session)
         self._seconds = 0.0
@@ -306,7 +307,7 @@ class _Writer:
 
     def _keep_maps(self) -> None:
         """Write what was learned so far, if there is anything, at the end of a window."""
-        maps = self._session.learner.maps()
+        maps = self._session.learner.maps() if self._maps else {}
         if maps:
             target = self._path / "maps" / f"window-{self._recorder.frames // PART_FRAMES - 1:05d}.npz"
             target.parent.mkdir(exist_ok=True)

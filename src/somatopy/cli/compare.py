@@ -1,0 +1,100 @@
+"""somatopy compare: learners and damages, under many seeds."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Annotated, Any
+
+import tyro
+
+from somatopy.cli.mirror import mark
+from somatopy.cli.options import Flags, parse
+from somatopy.cli.study import carry_out
+from somatopy.experiment import Description, DescriptionError, paper
+from somatopy.experiment.changes import changed
+from somatopy.experiment.presets import CONTROLS
+from somatopy.registry import LEARNERS
+from somatopy.studies.plan import Condition, Study, seeds_of
+
+__all__ = ["main"]
+
+TEXT = """Compare learners and damages under many seeds: every learner with every damage.
+
+All runs begin with an intact phase (--minutes) and go on with a damaged one (--damage-minutes, half as long if not
+given). Without --eye they have the geometric eye. Learners of one seed meet the same arm movement.
+
+example: somatopy compare --learners hebbian,random,nearest --damages none,paper --seeds 5 --minutes 30
+"""
+_Switch = Annotated[bool, tyro.conf.FlagCreatePairsOff]
+
+
+@dataclass(frozen=True)
+class CompareFlags(Flags):
+    """The common flags, and those of a comparison."""
+
+    learners: Annotated[
+        str, mark("A,B,...", "Kinds of learners, or names of controls such as frozen, separated by commas.", None)
+    ] = "hebbian,random,fixed"
+    damages: Annotated[str, mark("A,B,...", "Damages as in --damage, separated by semicolons or commas.", None)] = (
+        "none,paper"
+    )
+    seeds: Annotated[int, mark("N", "How many seeds, from --seed up.", None)] = 5
+    processes: Annotated[int | None, mark("N", "Processes of this machine; one a core if not given.", None)] = None
+    ray: Annotated[str | None, mark("ADDRESS", "Run on the Ray cluster at this address.", None)] = None
+    dry_run: Annotated[
+        _Switch, mark(None, "Say how many cells, hours, memory and disk it needs; run nothing.", None)
+    ] = False
+
+
+def main(args: Sequence[str]) -> int:
+    """Run `somatopy compare [OPTIONS]`."""
+    base = changed(paper(), {"eye": "geometric"})
+    options = parse(args, base, "somatopy compare", TEXT, CompareFlags)
+    flags, described = options.flags, options.description
+    for word, instead in (("learner", "--learners"), ("damage", "--damages")):
+        if getattr(flags, word) is not None:
+            raise DescriptionError(f"--{word} chooses one; compare takes several: {instead} {getattr(flags, word)},...")
+    if flags.minutes is not None and flags.damage_minutes is None:
+        described = changed(described, {"damage_minutes": flags.minutes / 2})
+    seeds = seeds_of(flags.seeds, described.seed)
+    conditions = _crossed(described, _words(flags.learners), _damages(flags.damages), seeds)
+    return carry_out(Study("compare", tuple(conditions)), replace(flags, out=options.out))
+
+
+def _words(text: str) -> list[str]:
+    return [word.strip() for word in text.split(",") if word.strip()]
+
+
+def _damages(text: str) -> list[str]:
+    """Damages; the numbers of an offset are separated by commas, too."""
+    found: list[str] = []
+    for word in _words(text.replace(";", ",")):
+        is_number = word.lstrip("+-").replace(".", "", 1).replace("e-", "", 1).isdigit()
+        if is_number and found and found[-1].startswith("offset:"):
+            found[-1] += f",{word}"
+        else:
+            found.append(word)
+    return found
+
+
+def _crossed(
+    described: Description, learners: Sequence[str], damages: Sequence[str], seeds: tuple[int, ...]
+) -> Iterator[Condition]:
+    for learner in learners:
+        for damage in damages:
+            name = f"{learner}, {damage}"
+            changes: dict[str, Any] = {"damage": damage, **_learner(learner)}
+            yield Condition(name, changed(described, changes, name), seeds, {"learner": learner, "damage": damage})
+
+
+def _learner(name: str) -> dict[str, Any]:
+    """A control by its name, or a kind of learner."""
+    if name in CONTROLS:
+        return {"control": name}
+    if name in LEARNERS or ":" in name:
+        return {"learner": name}
+    raise DescriptionError(
+        f"The learner {name!r} is unknown; choose kinds of learners ({', '.join(LEARNERS)}), controls "
+        f"({', '.join(CONTROLS)}), or name one of your own by its place: my_package.my_file:MyLearner."
+    )

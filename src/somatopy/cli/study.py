@@ -1,0 +1,85 @@
+"""somatopy study: many runs, from a file that says what is compared."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import tyro
+
+from somatopy.analysis.cells import CELLS, StudyResult
+from somatopy.cli.mirror import mark
+from somatopy.cli.run import note
+from somatopy.studies.driver import perform
+from somatopy.studies.estimate import estimate
+from somatopy.studies.plan import Study
+from somatopy.studies.reading import load_plan, planned
+
+__all__ = ["carry_out", "main"]
+
+TEXT = """Run a study: conditions, each under many seeds, in processes of this machine or on a Ray cluster.
+
+The file (TOML) says what is compared; docs/studies.md explains its keys. Without `eye` in it, all runs have the
+geometric eye, a model of the detector that needs no pictures. The study folder holds one table, cells.parquet. The same
+command with the same --out goes on where a study was stopped, and runs no finished cell again.
+
+example: somatopy study speeds.toml --out speeds
+"""
+_Switch = Annotated[bool, tyro.conf.FlagCreatePairsOff]
+
+
+@dataclass(frozen=True)
+class StudyFlags:
+    """Flags of the command."""
+
+    file: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(help="The study file.", metavar="FILE")]
+    out: Annotated[Path | None, mark("FOLDER", "The study folder; runs/<time>_<name> if none is named.", None)] = None
+    processes: Annotated[int | None, mark("N", "Processes of this machine; one a core if not given.", None)] = None
+    ray: Annotated[str | None, mark("ADDRESS", "Run on the Ray cluster at this address.", None)] = None
+    dry_run: Annotated[
+        _Switch, mark(None, "Say how many cells, hours, memory and disk it needs; run nothing.", None)
+    ] = False
+    check: Annotated[_Switch, mark(None, "List cells that older code ran, and run some of them again.", None)] = False
+    json: Annotated[_Switch, mark(None, "Print one JSON object; all else goes to standard error.", None)] = False
+    debug: Annotated[_Switch, mark(None, "Show tracebacks.", None)] = False
+
+
+def main(args: Sequence[str]) -> int:
+    """Run `somatopy study FILE [OPTIONS]`."""
+    flags = tyro.cli(StudyFlags, args=args, prog="somatopy study", description=TEXT)
+    return carry_out(planned(load_plan(flags.file)), flags)
+
+
+def carry_out(study: Study, flags: Any) -> int:
+    """Run a study, or say what it would need, and print what came of it."""
+    if flags.dry_run:
+        found = estimate(study, flags.processes)
+        print(json.dumps(found.table()) if flags.json else found.text())
+        return 0
+    say_eye(study)
+    result = perform(study, flags.out, processes=flags.processes)
+    if flags.json:
+        print(json.dumps(table_of(result)))
+    else:
+        print(result.path)
+    for failure in result.failures:
+        note(f"failed: {failure['condition']}, seed {failure['seed']}: {failure['cause']}")
+    note(f"Table of all cells: {result.path / CELLS}")
+    return 1 if result.failures else 0
+
+
+def say_eye(study: Study) -> None:
+    """Say which eye a study has: a geometric one stands for the rendered one."""
+    kinds = {condition.experiment.eye.kind for condition in study.conditions}
+    if kinds == {"geometric"}:
+        note(
+            "Eye: geometric, a model of the detector. With --eye fiducial (eye in a study file) pictures are rendered."
+        )
+
+
+def table_of(result: StudyResult) -> dict[str, Any]:
+    """What --json prints: the rows, and what failed."""
+    return {"folder": str(result.path), "cells": result.table.to_pylist(), "failures": result.failures}

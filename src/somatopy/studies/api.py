@@ -1,0 +1,58 @@
+"""A study in one call."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from somatopy.analysis.cells import StudyResult
+from somatopy.experiment.changes import changed
+from somatopy.experiment.description import Description
+from somatopy.studies.driver import perform
+from somatopy.studies.plan import Condition, Study, seeds_of
+from somatopy.studies.reading import load_plan, planned
+
+__all__ = ["study"]
+
+
+def study(
+    what: str | Path | Study | Mapping[str, Any],
+    *,
+    seeds: Any = 1,
+    seed: int = 0,
+    eye: str | None = "geometric",
+    out: str | Path | None = None,
+    processes: int | None = None,
+    progress: bool = True,
+) -> StudyResult:
+    """Run many experiments, each under many seeds, in processes of this machine.
+
+    Args:
+        what: a study file (TOML), a study, or descriptions by the name of their condition.
+        seeds: how many seeds, from `seed` up, or a list of seeds; for descriptions.
+        seed: the first seed.
+        eye: the eye of all descriptions that are given by name; by default the geometric one, which is a model of the
+            detector and hundreds of times as fast. None leaves each description its own.
+        out: the study folder: new, empty, or one from which to go on; runs/<time>_<name> if None.
+        processes: how many processes work; as many as there are cores if None.
+        progress: whether to show how far it is, on standard error.
+
+    Returns:
+        The study folder, opened: its `table` has one row for each phase of each run.
+
+    Raises:
+        DescriptionError: something cannot be run, or the folder cannot be used; nothing has run then.
+        Interrupted: on Ctrl-C; what has ended is kept, and the same call goes on.
+    """
+    if isinstance(what, str | Path):
+        plan = planned(load_plan(what))
+    elif isinstance(what, Study):
+        plan = what
+    else:
+        plan = Study("study", tuple(_conditions(what, seeds_of(seeds, seed), eye)))
+    return perform(plan, out, processes=processes, progress=progress)
+
+
+def _conditions(described: Mapping[str, Description], seeds: tuple[int, ...], eye: str | None) -> list[Condition]:
+    return [Condition(name, changed(one, {"eye": eye}) if eye else one, seeds) for name, one in described.items()]

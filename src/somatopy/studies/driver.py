@@ -1,0 +1,171 @@
+"""Runs a study: every cell that is not finished yet, in an order in which cells can share what they have in common."""
+
+from __future__ import annotations
+
+import shutil
+from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import AbstractContextManager, nullcontext
+from pathlib import Path
+from typing import Any, Protocol
+
+from somatopy.analysis.cells import StudyResult, load_study
+from somatopy.api import Interrupted
+from somatopy.studies.folder import StudyFolder
+from somatopy.studies.local import Local, Outcome
+from somatopy.studies.plan import Cell, Study
+from somatopy.studies.progress import StudyProgress
+from somatopy.studies.work import Task
+
+__all__ = ["Backend", "Queue", "perform"]
+
+
+class Backend(Protocol):
+    """What runs cells somewhere."""
+
+    capacity: int
+
+    def submit(self, task: Task) -> None:
+        """Start a cell; fewer than `capacity` are under way."""
+        ...
+
+    def next(self) -> Outcome:
+        """Wait until a cell ends."""
+        ...
+
+    def close(self) -> None:
+        """End what is under way."""
+        ...
+
+
+def perform(
+    study: Study,
+    out: str | Path | None = None,
+    *,
+    processes: int | None = None,
+    backend: Callable[[Path], Backend] | None = None,
+    progress: bool = True,
+) -> StudyResult:
+    """Run all cells of a study that have not ended yet.
+
+    Args:
+        study: what is studied.
+        out: the study folder: new, empty, or one in which a study has run; runs/<time>_<name> if None.
+        processes: how many processes of this machine work; as many as there are cores if None.
+        backend: makes what runs the cells, from the folder of what they share; processes of this machine if None.
+        progress: whether to show how far it is, on standard error.
+
+    Returns:
+        The study folder, opened. Cells that failed are in its `failures`.
+
+    Raises:
+        DescriptionError: the folder cannot be used.
+        Interrupted: on Ctrl-C; finished cells are kept.
+    """
+    folder = StudyFolder(out, study.name)
+    cells = study.cells()
+    with folder.opened(study) as finished:
+        waiting = _once([cell for cell in cells if cell.key not in finished])
+        bar: AbstractContextManager[Any] = StudyProgress(cells, waiting) if progress else nullcontext()
+        failures: list[dict[str, Any]] = []
+        if waiting:
+            runner = backend(folder.scratch) if backend else Local(folder.scratch, processes)
+            try:
+                with bar as shown:
+                    _work_off(Queue(waiting, study.keep_frames), runner, folder, failures, shown)
+            except KeyboardInterrupt:
+                raise Interrupted(
+                    f"Interrupted; {len(cells) - len(waiting)} of {len(cells)} cells had ended before, and all that "
+                    f"ended since are kept in {folder.path}. Go on with the same command and --out {folder.path}."
+                ) from None
+            finally:
+                runner.close()
+                folder.write_failures(failures)
+        if not failures:
+            _tidy(folder.scratch, study.keep_frames)
+        folder.write_failures(failures)
+    return load_study(folder.path)
+
+
+def _once(cells: Iterable[Cell]) -> list[Cell]:
+    """Cells that are described alike run once."""
+    return list({cell.key: cell for cell in cells}.values())
+
+
+def _work_off(
+    queue: Queue, runner: Backend, folder: StudyFolder, failures: list[dict[str, Any]], shown: StudyProgress | None
+) -> None:
+    while queue:
+        while queue.waiting and len(queue.under_way) < runner.capacity:
+            runner.submit(queue.take())
+        outcome = runner.next()
+        cell = queue.ended(outcome.key)
+        if outcome.rows is None:
+            failures.append({"condition": cell.condition, "seed": cell.seed, "key": cell.key, "cause": outcome.cause})
+        else:
+            folder.append(cell, outcome.rows)
+        for name in queue.no_longer_shared(cell):
+            shutil.rmtree(folder.scratch / name, ignore_errors=True)
+        if shown:
+            shown.ended(cell, outcome)
+
+
+def _tidy(scratch: Path, keep: bool) -> None:
+    """Remove what only a study under way needs."""
+    if not keep:
+        shutil.rmtree(scratch, ignore_errors=True)
+        return
+    for entry in scratch.iterdir():
+        if entry.name.startswith(("training-", "movement-", "worker-")):
+            shutil.rmtree(entry) if entry.is_dir() else entry.unlink()
+
+
+class Queue:
+    """Cells that wait and cells under way.
+
+    Which cell comes next: one that need not wait for what another cell computes just now, in the order given.
+
+    Args:
+        cells: all cells.
+        keep: whether run folders stay.
+    """
+
+    def __init__(self, cells: Sequence[Cell], keep: bool = False) -> None:
+        self.waiting = list(cells)
+        self.under_way: dict[str, Cell] = {}
+        self._keep = keep
+        self._trunks = Counter(cell.trunk for cell in cells)
+        self._movements = Counter(cell.movement for cell in cells)
+        self._there: set[str] = set()
+
+    def __bool__(self) -> bool:
+        return bool(self.waiting or self.under_way)
+
+    def take(self) -> Task:
+        """The next cell to start."""
+        computed = {name for cell in self.under_way.values() for name in self._shared(cell)} - self._there
+        cell = min(self.waiting, key=lambda cell: sum(name in computed for name in self._shared(cell)))
+        self.waiting.remove(cell)
+        self.under_way[cell.key] = cell
+        return Task.of(cell, self._trunks[cell.trunk] > 1, self._shares_movement(cell), self._keep)
+
+    def ended(self, key: str) -> Cell:
+        """A cell has ended, well or not."""
+        cell = self.under_way.pop(key)
+        self._there |= self._shared(cell)
+        return cell
+
+    def no_longer_shared(self, cell: Cell) -> list[str]:
+        """Folders that no cell will need any more, now that this one has ended."""
+        others = [*self.waiting, *self.under_way.values()]
+        return [] if any(other.trunk == cell.trunk for other in others) else [f"training-{cell.trunk}"]
+
+    def _shared(self, cell: Cell) -> set[str]:
+        """Names of what a cell shares with others."""
+        trunk = {cell.trunk} if self._trunks[cell.trunk] > 1 else set()
+        return trunk | ({cell.movement} if self._movements[cell.movement] > 1 else set())
+
+    def _shares_movement(self, cell: Cell) -> bool:
+        """Whether other cells have its arm movement, and storing it pays: it does for physics, which takes long."""
+        dynamic = getattr(cell.experiment.body, "motion", None) == "dynamic"
+        return dynamic and self._movements[cell.movement] > 1

@@ -1,0 +1,119 @@
+"""What a study needs: cells, processor hours, memory and disk, told from a short trial of each sort of run."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass
+from time import perf_counter
+from typing import Any
+
+from somatopy.clock import WINDOW
+from somatopy.experiment import Description, Session
+from somatopy.studies.local import cores
+from somatopy.studies.plan import Cell, Study
+
+__all__ = ["Estimate", "estimate"]
+
+_TRIAL = 300
+#: Wall time of ceiling and reactive bound by frame, s: docs/studies.md says how it was measured.
+_CEILING_S = 40e-6
+#: Measured sizes, bytes: a process at work, a window of recorded frames, the rows of a cell.
+_MEMORY, _WINDOW_BYTES, _ROW_BYTES = 450e6, 450e3, 6e3
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """What a study would need on this machine.
+
+    Attributes:
+        cells: how many cells.
+        frames: how many frames, those counted once that several cells share.
+        cpu_hours: processor time.
+        wall_hours: time with so many processes.
+        processes: how many.
+        memory_bytes: of all processes together.
+        disk_bytes: of the study folder while it runs.
+    """
+
+    cells: int
+    frames: int
+    cpu_hours: float
+    wall_hours: float
+    processes: int
+    memory_bytes: float
+    disk_bytes: float
+
+    def table(self) -> Mapping[str, Any]:
+        """Plain data."""
+        return dict(vars(self))
+
+    def text(self) -> str:
+        """In words, one number a line."""
+        return (
+            f"cells        {self.cells:,}\n"
+            f"frames       {self.frames:,}\n"
+            f"CPU hours    {self.cpu_hours:.2f}, by a trial of {_TRIAL} frames of each sort of run\n"
+            f"wall hours   {self.wall_hours:.2f} with {self.processes} processes\n"
+            f"memory       {self.memory_bytes / 1e9:.1f} GB\n"
+            f"disk         {self.disk_bytes / 1e9:.2f} GB"
+        )
+
+
+def estimate(study: Study, processes: int | None = None) -> Estimate:
+    """What a study would need.
+
+    Args:
+        study: what would run.
+        processes: how many processes; as many as there are cores if None.
+    """
+    cells = list({cell.key: cell for cell in study.cells()}.values())
+    workers = min(processes or cores(), len(cells))
+    frames = _frames(cells)
+    speeds: dict[tuple[str, ...], float] = {}
+    seconds = 0.0
+    for cell, count in zip(cells, frames, strict=True):
+        sort = _sort(cell.experiment)
+        speeds.setdefault(sort, 0.0) or speeds.update({sort: _seconds_a_frame(cell.experiment)})
+        seconds += count * speeds[sort]
+    ceilings = {(cell.movement, cell.experiment.frames) for cell in cells if cell.ceiling}
+    seconds += sum(length * _CEILING_S for _, length in ceilings)
+    windows = max(cell.experiment.frames for cell in cells) / WINDOW
+    kept = len(cells) if study.keep_frames else 2 * workers
+    return Estimate(
+        cells=len(cells),
+        frames=sum(frames),
+        cpu_hours=seconds / 3600,
+        wall_hours=seconds / 3600 / workers,
+        processes=workers,
+        memory_bytes=workers * _MEMORY,
+        disk_bytes=kept * windows * _WINDOW_BYTES + len(cells) * _ROW_BYTES,
+    )
+
+
+def _frames(cells: list[Cell]) -> list[int]:
+    """Frames that each cell adds: a first phase counts once for all cells that share it."""
+    sharing, seen, found = Counter(cell.trunk for cell in cells), set(), []
+    for cell in cells:
+        shared = cell.experiment.phases[0].frames if sharing[cell.trunk] > 1 and cell.trunk in seen else 0
+        seen.add(cell.trunk)
+        found.append(cell.experiment.frames - shared)
+    return found
+
+
+def _sort(experiment: Description) -> tuple[str, ...]:
+    motion = str(getattr(experiment.body, "motion", ""))
+    return experiment.body.kind, motion, experiment.eye.kind, experiment.learner.kind
+
+
+def _seconds_a_frame(experiment: Description) -> float:
+    """By a short trial; the first frames, which compile, do not count."""
+    with Session(experiment) as session:
+        began, counted = perf_counter(), 0
+        for frame in session:
+            if frame.number == _TRIAL // 3:
+                began = perf_counter()
+            counted = frame.number - _TRIAL // 3
+            if frame.number == _TRIAL:
+                break
+        return (perf_counter() - began) / counted if counted > 0 else 0.0

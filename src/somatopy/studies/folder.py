@@ -1,0 +1,176 @@
+"""The study folder: what is studied, the rows of all finished cells, and what failed. Only the driver writes it."""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from datetime import datetime
+from pathlib import Path
+from typing import IO, Any
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+import tomli_w
+
+from somatopy.analysis.cells import CELLS, COLUMNS, COSTS, FAILURES, STUDY, to_table
+from somatopy.experiment.description import DescriptionError
+from somatopy.files import write_whole
+from somatopy.studies.plan import Cell, Study
+
+__all__ = ["StudyFolder"]
+
+_JOURNAL, _SCRATCH = "journal.jsonl", "work"
+#: Rows of cells that are none of the study's any more, such as those of older code.
+OTHERS = "others.parquet"
+#: What a row says of a cell, whatever a study calls it.
+_MEASURED = tuple(column.name for column in (*COLUMNS, *COSTS) if column.name != "condition")
+
+Rows = list[dict[str, Any]]
+
+
+class StudyFolder:
+    """A folder that holds a study, and from which it can go on.
+
+    Rows of cells that ended since the table was written stand in a journal, one line a cell: a crash at any moment
+    loses no finished cell.
+
+    Args:
+        path: the folder, new, empty, or that of a study.
+
+    Attributes:
+        path: see above.
+        scratch: where cells that are under way have their run folders.
+
+    Raises:
+        DescriptionError: it cannot be written, or holds something else.
+    """
+
+    def __init__(self, path: str | Path | None, name: str) -> None:
+        stamp = datetime.now().strftime("%Y%m%d-%H%M%S")
+        self.path = Path(path) if path is not None else Path("runs") / f"{stamp}_{name}"
+        self.scratch = self.path / _SCRATCH
+        self._journal: IO[bytes] | None = None
+        try:
+            self.path.mkdir(parents=True, exist_ok=True)
+            others = [entry.name for entry in self.path.iterdir() if not entry.name.startswith(".")]
+        except OSError as error:
+            raise DescriptionError(
+                f"Cannot write to the study folder {self.path}: {error.strerror}. Name another with --out."
+            ) from error
+        if others and not {STUDY, CELLS} & {*others}:
+            raise DescriptionError(
+                f"The folder {self.path} is not empty and holds no study. Name another with --out, or empty it."
+            )
+
+    @contextmanager
+    def opened(self, study: Study) -> Iterator[dict[str, Rows]]:
+        """Hold the folder for this process, and write what happens in it.
+
+        Yields:
+            The rows of each finished cell, by key; those that other studies left in the folder among them.
+
+        Raises:
+            DescriptionError: another process has it, or its table cannot be read.
+        """
+        with (self.path / ".lock").open("w") as lock:
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError as error:
+                raise DescriptionError(f"Another study is running in {self.path}. Wait for it, or end it.") from error
+            self.rows = {**self._tabled(OTHERS), **self._tabled(CELLS), **self._journalled()}
+            self._write_plan(study)
+            self._write_tables(study)
+            self.scratch.mkdir(exist_ok=True)
+            try:
+                with (self.path / _JOURNAL).open("wb") as self._journal:
+                    yield self.rows
+            finally:
+                self._write_tables(study)
+                (self.path / _JOURNAL).unlink()
+
+    def append(self, cell: Cell, rows: Rows) -> None:
+        """Keep the rows of a cell that has ended."""
+        whole = [{"key": cell.key, "description": cell.description, "code": cell.code, **row} for row in rows]
+        self.rows[cell.key] = whole
+        assert self._journal is not None
+        self._journal.write(json.dumps(whole).encode() + b"\n")
+        self._journal.flush()
+        os.fsync(self._journal.fileno())
+
+    def write_failures(self, failures: Sequence[Mapping[str, Any]]) -> None:
+        """Keep what failed."""
+        write_whole(self.path / FAILURES, json.dumps(failures, indent=2) + "\n")
+
+    def _write_plan(self, study: Study) -> None:
+        table = {
+            "name": study.name,
+            "order": [condition.name for condition in study.conditions],
+            "conditions": {
+                condition.name: {
+                    "seeds": list(condition.seeds),
+                    "factors": {key: _column(value) for key, value in condition.factors.items()},
+                    "experiment": _without_none(condition.experiment.model_dump(mode="json", exclude={"seed"})),
+                }
+                for condition in study.conditions
+            },
+        }
+        write_whole(self.path / STUDY, tomli_w.dumps(table))
+
+    def _write_tables(self, study: Study) -> None:
+        """Write the rows of the study's cells, named, and apart from them those of other cells."""
+        cells = study.cells()
+        named = [
+            {**{key: _column(value) for key, value in cell.factors.items()}, "condition": cell.condition, **row}
+            for cell in cells
+            for row in self.rows.get(cell.key, ())
+        ]
+        keys = {cell.key for cell in cells}
+        others = [row for key, rows in self.rows.items() if key not in keys for row in rows]
+        self._write(CELLS, named)
+        if others or (self.path / OTHERS).exists():
+            self._write(OTHERS, [{"condition": "", **row} for row in others])
+
+    def _write(self, name: str, rows: Rows) -> None:
+        table = to_table(rows)
+        write_whole(self.path / name, lambda file: pq.write_table(table, file, compression="zstd"))
+
+    def _tabled(self, name: str) -> dict[str, Rows]:
+        path = self.path / name
+        found: dict[str, Rows] = {}
+        if not path.exists():
+            return found
+        try:
+            for row in pq.read_table(path).to_pylist():
+                measured = {column: row[column] for column in _MEASURED}
+                if measured not in found.setdefault(row["key"], []):  # cells that are described alike run once
+                    found[row["key"]].append(measured)
+        except (OSError, KeyError, pa.ArrowException) as error:
+            raise DescriptionError(
+                f"{path} cannot be read ({str(error).splitlines()[0]}). Restore it from a copy, or move it away: the "
+                "study then runs all its cells again."
+            ) from error
+        return found
+
+    def _journalled(self) -> dict[str, Rows]:
+        """Cells that ended since the table was written; a line that a crash cut off is none."""
+        path = self.path / _JOURNAL
+        found = {}
+        for line in path.read_bytes().splitlines(keepends=True) if path.exists() else ():
+            if line.endswith(b"\n"):
+                rows = json.loads(line)
+                found[rows[0]["key"]] = rows
+        return found
+
+
+def _column(value: Any) -> str | float | int | bool | None:
+    """What the table and the plan say of a factor: a number or a text."""
+    return value if isinstance(value, str | float | int | bool) else json.dumps(value, default=str)
+
+
+def _without_none(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _without_none(entry) for key, entry in value.items() if entry is not None}
+    return [_without_none(entry) for entry in value] if isinstance(value, list) else value

@@ -1,0 +1,173 @@
+"""What is studied: conditions, each under some seeds. Every pair of condition and seed is a cell."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+from somatopy.experiment.description import Description, DescriptionError
+from somatopy.experiment.provenance import digest
+from somatopy.registry import HANDED_OVER
+from somatopy.studies.code import code_digest
+
+__all__ = ["Cell", "Condition", "Study", "seeds_of"]
+
+
+@dataclass(frozen=True, eq=False)
+class Cell:
+    """One run of a study: a condition under a seed.
+
+    Attributes:
+        condition: name of the condition.
+        factors: what the study says of the condition, one value for each factor.
+        experiment: the description, with its seed.
+        ceiling: whether ceiling and reactive bound are computed.
+    """
+
+    condition: str
+    factors: Mapping[str, Any]
+    experiment: Description
+    ceiling: bool = True
+
+    @property
+    def seed(self) -> int:
+        """Its seed."""
+        return self.experiment.seed
+
+    @cached_property
+    def description(self) -> str:
+        """A digest of what is run, whatever it is called and whatever code runs it."""
+        return digest(self._said(self.experiment) + ("" if self.ceiling else " without ceiling"))
+
+    @cached_property
+    def code(self) -> str:
+        """A digest of the code that runs it."""
+        return code_digest(self.experiment)
+
+    @property
+    def key(self) -> str:
+        """A digest of both: a cell with the same key has the same results."""
+        return digest(self.description + self.code)
+
+    @cached_property
+    def training(self) -> Description | None:
+        """The experiment up to the end of its first phase, which other cells may share; None if that is all."""
+        phases = self.experiment.phases
+        return self.experiment.replaced(phases=phases[:1], name="training") if len(phases) > 1 else None
+
+    @cached_property
+    def trunk(self) -> str:
+        """A digest of its first phase: cells with the same one differ only after it."""
+        return digest(self._said(self.training or self.experiment) + self.code)
+
+    @cached_property
+    def movement(self) -> str:
+        """A digest of what the arm's movement depends on."""
+        one = self.experiment
+        return digest(one.model_dump_json(include={"seed", "body", "babbling"}))
+
+    @staticmethod
+    def _said(experiment: Description) -> str:
+        return json.dumps(experiment.model_dump(mode="json", exclude={"name"}), sort_keys=True)
+
+
+@dataclass(frozen=True)
+class Condition:
+    """One of the things that a study compares.
+
+    Attributes:
+        name: its name, which no other condition of the study has.
+        experiment: what is run, under each of the seeds.
+        seeds: the seeds.
+        factors: what it says of each factor of the study, by name.
+    """
+
+    name: str
+    experiment: Description
+    seeds: tuple[int, ...]
+    factors: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Study:
+    """Conditions and their seeds.
+
+    Attributes:
+        name: goes into the name of the study folder.
+        conditions: what is compared.
+        ceilings: whether the ceiling and the reactive bound of each cell are computed.
+        keep_frames: whether the run folders of all cells stay in the study folder.
+
+    Raises:
+        DescriptionError: no conditions, two of one name, or a part that other processes cannot import.
+
+    Example:
+        >>> from somatopy import paper
+        >>> study = Study("two", (Condition("paper", paper(), (0, 1)),))
+        >>> [(cell.condition, cell.seed) for cell in study.cells()]
+        [('paper', 0), ('paper', 1)]
+    """
+
+    name: str
+    conditions: tuple[Condition, ...]
+    ceilings: bool = True
+    keep_frames: bool = False
+
+    def __post_init__(self) -> None:
+        names = [condition.name for condition in self.conditions]
+        if not names:
+            raise DescriptionError(f"The study {self.name!r} has no conditions: give it at least one.")
+        if twice := sorted({name for name in names if names.count(name) > 1}):
+            raise DescriptionError(f"Conditions need names of their own; {', '.join(map(repr, twice))} comes twice.")
+        for condition in self.conditions:
+            _check(condition)
+
+    def cells(self) -> list[Cell]:
+        """All cells, those of one seed together, in the order of the conditions."""
+        seeds = list(dict.fromkeys(seed for condition in self.conditions for seed in condition.seeds))
+        return [
+            Cell(condition.name, condition.factors, condition.experiment.replaced(seed=seed), self.ceilings)
+            for seed in seeds
+            for condition in self.conditions
+            if seed in condition.seeds
+        ]
+
+
+def _check(condition: Condition) -> None:
+    if not condition.seeds:
+        raise DescriptionError(f"The condition {condition.name!r} has no seeds: give it at least one.")
+    if HANDED_OVER in condition.experiment.model_dump_json():
+        raise DescriptionError(
+            f"The condition {condition.name!r} has a part that was handed over. The processes of a study must import "
+            "it: put it into a module, and name it by its place, my_package.my_file:MyLearner."
+        )
+
+
+def seeds_of(seeds: Any, seed: int = 0) -> tuple[int, ...]:
+    """Seeds from a number of them, or from a list.
+
+    Args:
+        seeds: how many, from `seed` up; or the seeds themselves.
+        seed: the first one.
+
+    Raises:
+        DescriptionError: neither a positive number nor a list of different whole numbers from 0 up.
+
+    Example:
+        >>> seeds_of(3, seed=5), seeds_of([1, 4])
+        ((5, 6, 7), (1, 4))
+    """
+    if isinstance(seeds, int) and not isinstance(seeds, bool):
+        listed: Sequence[Any] = range(seed, seed + seeds)
+    else:
+        listed = seeds if isinstance(seeds, Sequence) and not isinstance(seeds, str) else ()
+    whole = all(isinstance(each, int) and not isinstance(each, bool) and each >= 0 for each in listed)
+    if not listed or not whole or len(set(listed)) < len(listed):
+        raise DescriptionError(
+            f"seeds = {seeds!r} must be how many seeds there are, such as 5, or a list of different ones, such as "
+            "[0, 1, 2]; seeds are whole numbers from 0 up."
+        )
+    return tuple(listed)

@@ -1,0 +1,210 @@
+"""A study from TOML: what all conditions have in common, a grid, a list of conditions, or random draws."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from somatopy.experiment import PRESETS, Description, DescriptionError, load_description
+from somatopy.experiment.changes import changed
+from somatopy.studies.plan import Condition, Study, seeds_of
+
+__all__ = ["KEYS", "flattened", "load_plan", "planned"]
+
+#: Keys of a study file.
+KEYS = (
+    *("name", "preset", "base", "seed", "seeds", "ceilings", "keep_frames"),
+    *("every", "grid", "conditions", "sweep", "search"),
+)
+_OF_A_CONDITION = ("name", "seed", "seeds")
+
+
+def load_plan(path: str | Path) -> dict[str, Any]:
+    """A study file as plain data.
+
+    Raises:
+        DescriptionError: it cannot be read, is no TOML, or has an unknown key.
+    """
+    try:
+        table = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+    except OSError as error:
+        raise DescriptionError(f"Cannot read the study {path}: {error.strerror}.") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise DescriptionError(f"The study {path} is not valid TOML: {error}.") from error
+    if "base" in table:
+        table["base"] = str(Path(path).parent / str(table["base"]))
+    return {"name": Path(path).stem, **table}
+
+
+def planned(table: Mapping[str, Any]) -> Study:
+    """A study from plain data.
+
+    Args:
+        table: `preset` or `base`, a description file; `every`, changes of all conditions; `grid`, lists of values by
+            key; `conditions`, tables of changes, each with its name; `sweep`, distributions to draw from. Changes are
+            as in `changed`. Where both are given, each condition is crossed with the grid and the sweep.
+
+    Raises:
+        DescriptionError: an unknown key, or something that cannot be run; each condition is named.
+    """
+    if unknown := [key for key in table if key not in KEYS]:
+        raise DescriptionError(f"A study has no key {unknown[0]!r}; its keys: {', '.join(KEYS)}.")
+    base = changed(_base(table), {"eye": "geometric"})
+    every = flattened(_table(table, "every"))
+    conditions = []
+    for entry in _conditions(table):
+        own = {key: value for key, value in entry.items() if key not in _OF_A_CONDITION}
+        seeds = seeds_of(entry.get("seeds", table.get("seeds", 1)), entry.get("seed", table.get("seed", 0)))
+        for drawn in _draws(_table(table, "sweep")):
+            for point in _points(_table(table, "grid")):
+                factors = {**own, **drawn, **point}
+                name = _name(entry.get("name"), drawn, point)
+                experiment = changed(base, {**every, **factors}, f"The condition {name!r}")
+                conditions.append(Condition(name, experiment, seeds, factors))
+    return Study(str(table.get("name", "study")), tuple(conditions), _flag(table, "ceilings"), _kept(table))
+
+
+def _base(table: Mapping[str, Any]) -> Description:
+    if "base" in table and "preset" in table:
+        raise DescriptionError("A study begins with a preset or with a base, a description file: give one of both.")
+    if "base" in table:
+        return load_description(table["base"])
+    preset = table.get("preset", "paper")
+    if preset not in PRESETS:
+        raise DescriptionError(f"preset = {preset!r} is unknown; choose one of {', '.join(PRESETS)}.")
+    return PRESETS[preset]()
+
+
+def _flag(table: Mapping[str, Any], key: str, default: bool = True) -> bool:
+    value = table.get(key, default)
+    if not isinstance(value, bool):
+        raise DescriptionError(f"{key} = {value!r} must be true or false.")
+    return value
+
+
+def _kept(table: Mapping[str, Any]) -> bool:
+    return _flag(table, "keep_frames", default=False)
+
+
+def _table(table: Mapping[str, Any], key: str) -> Mapping[str, Any]:
+    found = table.get(key, {})
+    if not isinstance(found, Mapping):
+        raise DescriptionError(f"{key} must be a table of keys, not {found!r}.")
+    return found
+
+
+def _conditions(table: Mapping[str, Any]) -> list[dict[str, Any]]:
+    listed = table.get("conditions", [{}])
+    if not isinstance(listed, list) or not all(isinstance(entry, Mapping) for entry in listed) or not listed:
+        raise DescriptionError('conditions must be a list of tables, such as [[conditions]] with name = "fast".')
+    if "conditions" in table and (nameless := [entry for entry in listed if not entry.get("name")]):
+        raise DescriptionError(f"Each of the conditions needs a name; {dict(nameless[0])!r} has none.")
+    return [flattened(entry) for entry in listed]
+
+
+def flattened(table: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    """Nested tables as dotted keys; a table that names a kind stays whole, since it stands for a part.
+
+    Example:
+        >>> flattened({"babbling": {"speed": 0.25}, "learner": {"kind": "nearest"}})
+        {'babbling.speed': 0.25, 'learner': {'kind': 'nearest'}}
+    """
+    found: dict[str, Any] = {}
+    for key, value in table.items():
+        name = f"{prefix}{key}"
+        if isinstance(value, Mapping) and "kind" not in value:
+            found |= flattened(value, f"{name}.")
+        else:
+            found[name] = value
+    return found
+
+
+def _points(grid: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
+    """All points of a grid; one point without keys if there is none."""
+    axes = flattened(grid)
+    for key, values in axes.items():
+        if not isinstance(values, list) or not values:
+            raise DescriptionError(f"grid: {key} = {values!r} must be a list of the values to try.")
+    for values in product(*axes.values()):
+        yield dict(zip(axes, values, strict=True))
+
+
+def _name(own: str | None, drawn: Mapping[str, Any], point: Mapping[str, Any]) -> str:
+    label = ", ".join(f"{key.rpartition('.')[2]} {_said(value)}" for key, value in {**drawn, **point}.items())
+    return ", ".join(filter(None, [own, label])) or "all"
+
+
+def _said(value: Any) -> str:
+    if isinstance(value, Mapping):
+        return str(value.get("kind", value))
+    if isinstance(value, float):
+        return f"{value:.4g}"
+    return "x".join(map(_said, value)) if isinstance(value, list) else str(value)
+
+
+# -- random draws ------------------------------------------------------------------------------------------------------
+
+
+def _draws(sweep: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Random draws of a sweep; one without keys if there is none."""
+    if not sweep:
+        return [{}]
+    table = dict(sweep)
+    draws, seed = table.pop("draws", None), table.pop("seed", 0)
+    if not isinstance(draws, int) or draws < 1:
+        raise DescriptionError(f"sweep: draws = {draws!r} must say how many conditions are drawn, such as 20.")
+    rng = np.random.default_rng(seed)
+    spaces = {key: space_of(key, space) for key, space in distributions(table).items()}
+    return [{key: _drawn(space, rng) for key, space in spaces.items()} for _ in range(draws)]
+
+
+def distributions(table: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    """The distributions in nested tables, by dotted key."""
+    found: dict[str, Any] = {}
+    for key, value in table.items():
+        if isinstance(value, Mapping) and not {"low", "high", "choices"} & value.keys():
+            found |= distributions(value, f"{prefix}{key}.")
+        else:
+            found[f"{prefix}{key}"] = value
+    return found
+
+
+def space_of(key: str, space: Any) -> dict[str, Any]:
+    """A distribution: {low, high} with log = true or step, or {choices}; a list is a choice.
+
+    Raises:
+        DescriptionError: it is none.
+    """
+    if isinstance(space, list):
+        space = {"choices": space}
+    if isinstance(space, Mapping):
+        if space.keys() == {"choices"} and isinstance(space["choices"], list) and space["choices"]:
+            return dict(space)
+        low, high = space.get("low"), space.get("high")
+        if not isinstance(low, int | float) or not isinstance(high, int | float):
+            numbers = False
+        else:
+            numbers = low < high and (not space.get("log") or low > 0)
+        if numbers and not space.keys() - {"low", "high", "log"}:
+            return dict(space)
+    raise DescriptionError(
+        f"{key} = {space!r} is no distribution. Write {{low = 0.1, high = 0.8}}, with log = true for a logarithmic "
+        "scale (low must be over 0), or a list of choices. Whole numbers as bounds give whole numbers."
+    )
+
+
+def _drawn(space: Mapping[str, Any], rng: np.random.Generator) -> Any:
+    if "choices" in space:
+        choices: Sequence[Any] = space["choices"]
+        return choices[int(rng.integers(len(choices)))]
+    low, high = space["low"], space["high"]
+    if isinstance(low, int) and isinstance(high, int):
+        return int(rng.integers(low, high + 1))
+    if space.get("log"):
+        return float(np.exp(rng.uniform(np.log(low), np.log(high))))
+    return float(rng.uniform(low, high))

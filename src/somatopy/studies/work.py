@@ -1,0 +1,138 @@
+"""The work of one cell: run it, or go on with it, and measure it. It knows neither other cells nor who asked for it."""
+
+from __future__ import annotations
+
+import fcntl
+import platform
+import shutil
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from datetime import UTC, datetime
+from pathlib import Path
+from time import perf_counter, process_time
+from typing import Any, NamedTuple
+
+from somatopy.analysis.cells import measures
+from somatopy.analysis.runs import Run
+from somatopy.api import fork, resume, run
+from somatopy.experiment.description import Description, DescriptionError, validated
+from somatopy.experiment.run_folder import CHECKPOINT, DESCRIPTION
+from somatopy.experiment.session import Session
+from somatopy.studies.plan import Cell
+
+__all__ = ["Task", "work"]
+
+
+class Task(NamedTuple):
+    """What a process needs to know in order to run a cell: plain data.
+
+    Attributes:
+        key: of the cell.
+        experiment: the description.
+        training: the description of its first phase, if other cells share it; else None.
+        trunk: the name under which that phase is kept.
+        movement: the name of the arm's movement, if other cells share it; else None.
+        ceiling: whether the ceiling is computed.
+        keep: whether the run folder stays.
+    """
+
+    key: str
+    experiment: dict[str, Any]
+    training: dict[str, Any] | None
+    trunk: str
+    movement: str | None
+    ceiling: bool
+    keep: bool
+
+    @classmethod
+    def of(cls, cell: Cell, shares_training: bool, shares_movement: bool, keep: bool = False) -> Task:
+        """The task of a cell."""
+        training = cell.training if shares_training else None
+        return cls(
+            cell.key,
+            cell.experiment.model_dump(mode="json"),
+            training.model_dump(mode="json") if training else None,
+            cell.trunk,
+            cell.movement if shares_movement else None,
+            cell.ceiling,
+            keep,
+        )
+
+
+def work(task: Task, scratch: Path) -> list[dict[str, Any]]:
+    """Run a cell, or go on with it where an interrupted study left it.
+
+    Args:
+        task: the cell.
+        scratch: a folder of this machine, for run folders; cells that share a phase or a movement find it there.
+
+    Returns:
+        The measures of its phases and what it cost.
+
+    Raises:
+        Exception: whatever the experiment raises.
+    """
+    began, processor = perf_counter(), process_time()
+    scratch.mkdir(parents=True, exist_ok=True)
+    experiment, folder = _described(task.experiment), scratch / task.key
+    if task.movement:
+        with _alone(scratch / f"movement-{task.movement}"), Session(experiment) as session:
+            session.share_arm(compute=True)
+    done = _run(task, experiment, folder, scratch)
+    rows = measures(done)
+    if not task.keep:
+        shutil.rmtree(folder)
+    cost = {
+        "wall_s": perf_counter() - began,
+        "cpu_s": process_time() - processor,
+        "peak_memory_bytes": (done.cost or {}).get("peak_memory_bytes"),
+        "host": platform.node(),
+        "finished": datetime.now(UTC).isoformat(timespec="seconds"),
+    }
+    return [{**row, **cost} for row in rows]
+
+
+def _described(table: Mapping[str, Any]) -> Description:
+    return validated(table, "The cell")
+
+
+def _run(task: Task, experiment: Description, folder: Path, scratch: Path) -> Run:
+    quiet: dict[str, Any] = {"progress": False, "ceiling": task.ceiling, "maps": False}
+    if (folder / CHECKPOINT).exists():
+        try:
+            return resume(folder, **quiet)
+        except DescriptionError:  # of another code, or broken: begin again
+            pass
+    shutil.rmtree(folder, ignore_errors=True)
+    if task.training is not None:
+        trained = _trained(_described(task.training), scratch / f"training-{task.trunk}")
+        if trained is not None:
+            return fork(trained, experiment, 0, folder, **quiet)
+    return run(experiment, folder, **quiet)
+
+
+def _trained(training: Description, folder: Path) -> Path | None:
+    """The run folder of a first phase that several cells share; None where the body cannot be resumed."""
+    with _alone(folder):
+        ended = folder / "phase-0.npz"
+        if ended.exists():
+            return folder
+        if (folder / CHECKPOINT).exists():
+            try:
+                resume(folder, progress=False, ceiling=False, maps=False)
+                return folder
+            except DescriptionError:
+                pass
+        if (folder / DESCRIPTION).exists() and not (folder / CHECKPOINT).exists():
+            return None
+        shutil.rmtree(folder, ignore_errors=True)
+        run(training, folder, progress=False, ceiling=False, maps=False)
+        return folder if ended.exists() else None
+
+
+@contextmanager
+def _alone(path: Path) -> Iterator[None]:
+    """Let other processes of this machine wait until what they share is there."""
+    with path.with_suffix(".lock").open("w") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        yield

@@ -1,0 +1,59 @@
+"""A process that runs cells for a study: one task a line on standard input, one answer a line on standard output.
+
+It is started by `somatopy.studies.local`. It ends when its input ends, and at once when the process that started it is
+gone, so that nothing goes on in a folder in which a new study may run.
+"""
+
+from __future__ import annotations
+
+import faulthandler
+import json
+import os
+import sys
+import threading
+import time
+import traceback
+from pathlib import Path
+from typing import IO, Any
+
+__all__ = ["main"]
+
+_PARENT_S = 0.5
+
+
+def main() -> None:
+    """Serve until the input ends."""
+    faulthandler.enable()
+    answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
+    os.dup2(2, 1)  # what own parts print is no answer
+    threading.Thread(target=_end_with, args=(os.getppid(),), daemon=True).start()
+    first = json.loads(sys.stdin.readline())
+    sys.path[:] = first["path"]
+    _serve(answers, Path(first["scratch"]))
+
+
+def _end_with(parent: int) -> None:
+    while os.getppid() == parent:
+        time.sleep(_PARENT_S)
+    os._exit(1)
+
+
+def _serve(answers: IO[str], scratch: Path) -> None:
+    from somatopy.api import Interrupted
+    from somatopy.studies.work import Task, work
+
+    for line in sys.stdin:
+        answer: dict[str, Any]
+        try:
+            answer = {"rows": work(Task(*json.loads(line)), scratch)}
+        except (Interrupted, KeyboardInterrupt):
+            return
+        except BaseException as error:
+            traceback.print_exc()
+            answer = {"cause": f"{type(error).__name__}: {error}"}
+        answers.write(json.dumps(answer) + "\n")
+        answers.flush()
+
+
+if __name__ == "__main__":
+    main()
