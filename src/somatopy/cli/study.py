@@ -17,6 +17,7 @@ from somatopy.studies.driver import perform
 from somatopy.studies.estimate import estimate
 from somatopy.studies.plan import Study
 from somatopy.studies.reading import load_plan, planned
+from somatopy.studies.search import search, searched
 
 __all__ = ["carry_out", "main"]
 
@@ -50,7 +51,12 @@ class StudyFlags:
 def main(args: Sequence[str]) -> int:
     """Run `somatopy study FILE [OPTIONS]`."""
     flags = tyro.cli(StudyFlags, args=args, prog="somatopy study", description=TEXT)
-    return carry_out(planned(load_plan(flags.file)), flags)
+    table = load_plan(flags.file)
+    if "search" not in table:
+        return carry_out(planned(table), flags)
+    result = search(searched(table), flags.out or Path("runs") / table["name"], processes=flags.processes)
+    print(result.path)
+    return 1 if result.failures else 0
 
 
 def carry_out(study: Study, flags: Any) -> int:

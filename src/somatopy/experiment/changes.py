@@ -24,7 +24,7 @@ def changed(
         description: what is changed.
         changes: by short word (`SHORT_WORDS`), by dotted key such as "babbling.speed" or "phases.1.plastic", or by
             "control", whose value is the name of one of `CONTROLS`. A key that names a part takes the name of a kind or
-            a whole table.
+            a whole table. Keys that are joined by + get the same value.
         source: what to call the result in an error.
 
     Raises:
@@ -36,7 +36,7 @@ def changed(
         >>> slow.phases[0].frames, slow.babbling.speed, slow.phases[0].interventions[0].parts
         (1800, 0.25, ('links',))
     """
-    words = {key.replace("-", "_"): value for key, value in changes.items()}
+    words = {key.strip().replace("-", "_"): value for keys, value in changes.items() for key in keys.split("+")}
     table = flagged({key: words[key] for key in SHORT_WORDS if key in words}, description)
     for key in sorted(words.keys() - {*SHORT_WORDS, "control"}, key=lambda key: (key.count("."), key)):
         _set(table, key, words[key])

@@ -14,7 +14,7 @@ from somatopy.experiment import PRESETS, Description, DescriptionError, load_des
 from somatopy.experiment.changes import changed
 from somatopy.studies.plan import Condition, Study, seeds_of
 
-__all__ = ["KEYS", "flattened", "load_plan", "planned"]
+__all__ = ["KEYS", "base_of", "distributions", "flattened", "load_plan", "planned", "space_of"]
 
 #: Keys of a study file.
 KEYS = (
@@ -54,7 +54,7 @@ def planned(table: Mapping[str, Any]) -> Study:
     """
     if unknown := [key for key in table if key not in KEYS]:
         raise DescriptionError(f"A study has no key {unknown[0]!r}; its keys: {', '.join(KEYS)}.")
-    base = changed(_base(table), {"eye": "geometric"})
+    base = changed(base_of(table), {"eye": "geometric"})
     every = flattened(_table(table, "every"))
     conditions = []
     for entry in _conditions(table):
@@ -69,7 +69,7 @@ def planned(table: Mapping[str, Any]) -> Study:
     return Study(str(table.get("name", "study")), tuple(conditions), _flag(table, "ceilings"), _kept(table))
 
 
-def _base(table: Mapping[str, Any]) -> Description:
+def base_of(table: Mapping[str, Any]) -> Description:
     if "base" in table and "preset" in table:
         raise DescriptionError("A study begins with a preset or with a base, a description file: give one of both.")
     if "base" in table:

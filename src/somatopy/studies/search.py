@@ -1,0 +1,218 @@
+"""A search for settings: an optimiser proposes conditions, each is run under some seeds, and a loss judges it.
+
+The optimiser is optuna's. It proposes a batch at a time, and hears of a batch when all its cells have ended; so the
+same search proposes the same settings again, however many processes run it, and goes on where it was stopped.
+"""
+
+from __future__ import annotations
+
+import importlib
+import json
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from somatopy.analysis.cells import StudyResult, load_study
+from somatopy.experiment.changes import changed
+from somatopy.experiment.description import Description, DescriptionError
+from somatopy.files import write_whole
+from somatopy.studies.driver import perform
+from somatopy.studies.plan import Condition, Study, seeds_of
+from somatopy.studies.reading import base_of, distributions, flattened, space_of
+
+__all__ = ["LOSSES", "OPTIMISERS", "Search", "named_loss", "search", "searched"]
+
+Loss = Callable[[StudyResult, str], float]
+
+#: Losses by name. Others are named by their place: my_package.my_file:my_loss.
+LOSSES = {"paper": "somatopy.analysis.paper_loss:paper"}
+#: In the study folder: the loss of each proposal.
+LOSSES_FILE = "losses.json"
+OPTIMISERS = ("tpe", "random", "cmaes")
+KEYS = ("space", "trials", "batch", "optimiser", "loss", "seed", "start")
+
+
+@dataclass(frozen=True)
+class Search:
+    """What is searched.
+
+    Attributes:
+        name: goes into the name of the study folder.
+        base: the experiment that settings change.
+        space: by key, the distribution that the optimiser draws from; see `space_of`.
+        seeds: under which each proposal is run.
+        trials: how many proposals.
+        batch: how many are proposed at once.
+        optimiser: one of `OPTIMISERS`.
+        loss: the name of a loss, or its place.
+        seed: of the optimiser.
+        start: settings that are tried first.
+        ceilings: whether ceilings are computed.
+        every: changes of all proposals.
+    """
+
+    name: str
+    base: Description
+    space: Mapping[str, Mapping[str, Any]]
+    seeds: tuple[int, ...]
+    trials: int
+    loss: str
+    batch: int = 8
+    optimiser: str = "tpe"
+    seed: int = 0
+    start: tuple[Mapping[str, Any], ...] = ()
+    ceilings: bool = False
+    every: Mapping[str, Any] = field(default_factory=dict)
+
+    def condition(self, number: int, point: Mapping[str, Any]) -> Condition:
+        """The condition of a proposal."""
+        name = f"trial {number:03d}"
+        return Condition(name, changed(self.base, {**self.every, **point}, f"The {name}"), self.seeds, point)
+
+
+def searched(table: Mapping[str, Any]) -> Search:
+    """A search from plain data: a study's table with the key `search`.
+
+    Raises:
+        DescriptionError: an unknown key or value.
+    """
+    own = table["search"]
+    if not isinstance(own, Mapping) or (unknown := [key for key in own if key not in KEYS]):
+        raise DescriptionError(f"search has no key {unknown[0]!r}; its keys: {', '.join(KEYS)}.")
+    if others := [key for key in ("grid", "conditions", "sweep") if key in table]:
+        raise DescriptionError(f"A study searches, or has {others[0]}: give one of both.")
+    space = {key: space_of(key, value) for key, value in distributions(own.get("space", {})).items()}
+    if not space:
+        raise DescriptionError("search: space must say what is searched, such as speed = {low = 0.2, high = 0.8}.")
+    trials, batch = own.get("trials"), own.get("batch", 8)
+    for key, value in (("trials", trials), ("batch", batch)):
+        if not isinstance(value, int) or value < 1:
+            raise DescriptionError(f"search: {key} = {value!r} must be a positive whole number.")
+    if own.get("optimiser", "tpe") not in OPTIMISERS:
+        raise DescriptionError(
+            f"search: optimiser = {own['optimiser']!r} is unknown; choose one of {', '.join(OPTIMISERS)}."
+        )
+    named_loss(str(own.get("loss", "")))
+    found = Search(
+        name=str(table.get("name", "search")),
+        base=changed(base_of(table), {"eye": "geometric"}),
+        space=space,
+        seeds=seeds_of(table.get("seeds", 1), table.get("seed", 0)),
+        trials=int(trials or 0),
+        loss=str(own["loss"]),
+        batch=batch,
+        optimiser=own.get("optimiser", "tpe"),
+        seed=int(own.get("seed", 0)),
+        start=tuple(flattened(point) for point in own.get("start", ())),
+        ceilings=bool(table.get("ceilings", False)),
+        every=flattened(table.get("every", {})),
+    )
+    for number, point in enumerate(found.start):
+        if missing := found.space.keys() ^ point.keys():
+            raise DescriptionError(f"search: start {number} and the space differ in {', '.join(sorted(missing))}.")
+        found.condition(number, point)
+    return found
+
+
+def named_loss(name: str) -> Loss:
+    """A loss: a function of a study and the name of a condition, which gives a number; less is better.
+
+    Raises:
+        DescriptionError: there is none of that name.
+    """
+    module, _, attribute = LOSSES.get(name, name).partition(":")
+    try:
+        loss: Loss = getattr(importlib.import_module(module), attribute)
+    except (ImportError, AttributeError, ValueError) as error:
+        raise DescriptionError(
+            f"loss = {name!r} is unknown; choose one of {', '.join(LOSSES)}, or name a function of your own by its "
+            "place: my_package.my_file:my_loss."
+        ) from error
+    return loss
+
+
+def search(what: Search, out: str | Path, **how: Any) -> StudyResult:
+    """Run a search; what has been run in the folder already is not run again.
+
+    Args:
+        what: what is searched.
+        out: the study folder.
+        how: `processes`, `backend` and `progress`, as `perform` takes them.
+
+    Returns:
+        The study folder, opened. Each condition is a proposal; losses are in its `losses.json`.
+
+    Raises:
+        DescriptionError: optuna is missing, or the folder cannot be used.
+        Interrupted: on Ctrl-C; what has ended is kept.
+    """
+    optuna = _optuna()
+    loss, study = named_loss(what.loss), optuna.create_study(sampler=_sampler(optuna, what))
+    for point in what.start:
+        study.enqueue_trial(_encoded(what.space, point))
+    conditions: list[Condition] = []
+    losses: dict[str, float] = {}
+    result = None
+    while len(conditions) < what.trials:
+        size = min(what.batch, what.trials - len(conditions))
+        asked = [study.ask(_distributions(optuna, what.space)) for _ in range(size)]
+        new = [what.condition(trial.number, _decoded(what.space, trial.params)) for trial in asked]
+        conditions += new
+        result = perform(Study(what.name, tuple(conditions), what.ceilings), out, **how)
+        for trial, condition in zip(asked, new, strict=True):
+            value = losses[condition.name] = _judged(loss, result, condition)
+            if math.isfinite(value):
+                study.tell(trial, value)
+            else:
+                study.tell(trial, state=optuna.trial.TrialState.FAIL)
+        known = {name: value if math.isfinite(value) else None for name, value in losses.items()}
+        write_whole(result.path / LOSSES_FILE, json.dumps({"loss": what.loss, "losses": known}, indent=1) + "\n")
+    return load_study(out) if result is None else result
+
+
+def _judged(loss: Loss, result: StudyResult, condition: Condition) -> float:
+    """The loss of a proposal; infinite if one of its cells failed."""
+    there = result.values(condition.name, "rate")
+    return float(loss(result, condition.name)) if there.keys() >= set(condition.seeds) else math.inf
+
+
+def _optuna() -> Any:
+    try:
+        import optuna
+    except ImportError as error:
+        raise DescriptionError('A search needs optuna. Install it with: pip install "somatopy[search]"') from error
+    optuna.logging.set_verbosity(optuna.logging.WARNING)
+    return optuna
+
+
+def _sampler(optuna: Any, what: Search) -> Any:
+    samplers = optuna.samplers
+    if what.optimiser == "random":
+        return samplers.RandomSampler(seed=what.seed)
+    if what.optimiser == "cmaes":
+        return samplers.CmaEsSampler(seed=what.seed)
+    return samplers.TPESampler(seed=what.seed, multivariate=True, constant_liar=True)
+
+
+def _distributions(optuna: Any, space: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
+    kinds = optuna.distributions
+    found: dict[str, Any] = {}
+    for key, one in space.items():
+        if "choices" in one:
+            found[key] = kinds.CategoricalDistribution(tuple(range(len(one["choices"]))))
+        elif isinstance(one["low"], int) and isinstance(one["high"], int):
+            found[key] = kinds.IntDistribution(one["low"], one["high"], log=bool(one.get("log")))
+        else:
+            found[key] = kinds.FloatDistribution(one["low"], one["high"], log=bool(one.get("log")))
+    return found
+
+
+def _decoded(space: Mapping[str, Mapping[str, Any]], params: Mapping[str, Any]) -> dict[str, Any]:
+    """Settings from what the optimiser proposes, which knows choices by their places."""
+    return {key: one["choices"][params[key]] if "choices" in one else params[key] for key, one in space.items()}
+
+
+def _encoded(space: Mapping[str, Mapping[str, Any]], point: Mapping[str, Any]) -> dict[str, Any]:
+    return {key: one["choices"].index(point[key]) if "choices" in one else point[key] for key, one in space.items()}
