@@ -9,20 +9,15 @@ seen more and more often again is left for the confirmation to tell.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from statistics import fmean
 from typing import NamedTuple
 
 from somatopy.analysis.cells import StudyResult
+from somatopy.analysis.paper_measures import Measure, arm_early_share, arm_fall_after, arm_jump, level_after, measure
 from somatopy.analysis.table import PAPER_FRAMES, PAPER_HITS, PAPER_TRENDS
 from somatopy.clock import WINDOW
 
 __all__ = ["LANDMARKS", "Landmark", "distances", "paper"]
-
-#: Windows of the second phase after which the paper's third trend begins.
-_SECOND_TREND = 7
-#: Minutes in which the paper's arm distortion falls (section IV, Fig. 4), and a place for each in the curve.
-_FALL_MINUTES = 5
 
 
 class Landmark(NamedTuple):
@@ -33,7 +28,7 @@ class Landmark(NamedTuple):
         low: the least value that fits; equal to `high` where the paper gives one number.
         high: the greatest value that fits.
         scale: what counts as one.
-        value: the mean over seeds, from a study and the name of a condition; None if the runs are too short.
+        value: the measure, by seed; their mean counts.
         source: where in the paper it stands, and where the scale is from.
     """
 
@@ -41,7 +36,7 @@ class Landmark(NamedTuple):
     low: float
     high: float
     scale: float
-    value: Callable[[StudyResult, str], float | None]
+    value: Measure
     source: str
 
 
@@ -60,50 +55,12 @@ def distances(result: StudyResult, condition: str) -> dict[str, float]:
     """The distance to each landmark, in scales, with its sign; empty where one cannot be told."""
     found = {}
     for mark in LANDMARKS:
-        value = mark.value(result, condition)
-        if value is None:
+        values = mark.value(result, condition)
+        if not values:
             return {}
+        value = fmean(values.values())
         found[mark.name] = (value - min(max(value, mark.low), mark.high)) / mark.scale
     return found
-
-
-def _mean(values: dict[int, float]) -> float | None:
-    return fmean(values.values()) if values else None
-
-
-def _measure(name: str, phase: int, place: int | None = None) -> Callable[[StudyResult, str], float | None]:
-    return lambda result, condition: _mean(result.values(condition, name, phase, place))
-
-
-def _level_after(result: StudyResult, condition: str) -> float | None:
-    counts = result.values(condition, "hits_per_window", 1)
-    rates = {seed: fmean(c[_SECOND_TREND:]) / WINDOW for seed, c in counts.items() if len(c) > _SECOND_TREND}
-    return _mean(rates)
-
-
-def _early_share(result: StudyResult, condition: str) -> float | None:
-    """The share of the arm distortion's fall in the first phase that the first five minutes have."""
-    curves = result.values(condition, "arm_distortion", 0)
-    shares = {}
-    for seed, curve in curves.items():
-        known = [value for value in curve if value is not None]
-        if len(known) >= _FALL_MINUTES and known[0] > known[-1]:
-            shares[seed] = (known[0] - curve[_FALL_MINUTES - 1]) / (known[0] - known[-1])
-        elif len(known) >= _FALL_MINUTES:
-            shares[seed] = 0.0
-    return _mean(shares)
-
-
-def _jump(result: StudyResult, condition: str) -> float | None:
-    before = result.values(condition, "arm_distortion_end", 0)
-    peak = result.values(condition, "arm_distortion_peak", 1)
-    return _mean({seed: peak[seed] / before[seed] for seed in before.keys() & peak.keys() if before[seed]})
-
-
-def _fall(result: StudyResult, condition: str) -> float | None:
-    peak = result.values(condition, "arm_distortion_peak", 1)
-    end = result.values(condition, "arm_distortion_end", 1)
-    return _mean({seed: end[seed] / peak[seed] for seed in end.keys() & peak.keys() if peak[seed]})
 
 
 _RATE = PAPER_HITS / PAPER_FRAMES[0]
@@ -112,36 +69,43 @@ _REST_RATE = _REST.at((_REST.last - _REST.first) / 2) / WINDOW
 
 #: What the calibration fits, with scales; a trial is the one of ten seeds that came nearest to the paper.
 LANDMARKS: tuple[Landmark, ...] = (
-    Landmark("level", _RATE, _RATE, 0.056, _measure("rate", 0), "hits of phase 1, section IV; scale of a trial"),
+    Landmark("level", _RATE, _RATE, 0.056, measure("rate", 0), "hits of phase 1, section IV; scale of a trial"),
     Landmark(
         "slope",
         *(PAPER_TRENDS[0].slope, PAPER_TRENDS[0].slope, 7.8),
-        _measure("slopes", 0, 0),
+        measure("slopes", 0, 0),
         "first trend of Fig. 3; scale of a trial",
     ),
     Landmark(
         "drop",
         *(PAPER_TRENDS[1].slope, PAPER_TRENDS[1].slope, 41.0),
-        _measure("slopes", 1, 0),
+        measure("slopes", 1, 0),
         "second trend of Fig. 3, seven windows; scale of a trial",
     ),
     Landmark(
-        "level after", _REST_RATE, _REST_RATE, 0.045, _level_after, "mean of the third line of Fig. 3; scale of a trial"
+        "level after", _REST_RATE, _REST_RATE, 0.045, level_after, "mean of the third line of Fig. 3; scale of a trial"
     ),
     Landmark(
         "early fall",
         *(0.75, math.inf, 0.25),
-        _early_share,
+        arm_early_share,
         "Fig. 4: the arm distortion falls in the first 5 minutes, then it is level; three quarters or more fit",
     ),
     Landmark(
-        "jump", 1.25, math.inf, 0.25, _jump, "Fig. 4: the arm distortion jumps at the damage; by a quarter or more fits"
+        "jump",
+        1.25,
+        math.inf,
+        0.25,
+        arm_jump,
+        "Fig. 4: the arm distortion jumps at the damage; by a quarter or more fits",
     ),
-    Landmark("fall after", 0.0, 0.95, 0.1, _fall, "Fig. 4: it falls again; by a twentieth of its peak or more fits"),
+    Landmark(
+        "fall after", 0.0, 0.95, 0.1, arm_fall_after, "Fig. 4: it falls again; by a twentieth of its peak or more fits"
+    ),
     Landmark(
         "head distortion",
         *(0.01, 0.02, 0.005),
-        _measure("head_distortion_end", 0),
+        measure("head_distortion_end", 0),
         "Fig. 5: between 0.01 and 0.02; scale: half of that band",
     ),
 )
