@@ -47,7 +47,17 @@ def again(
 
 def kernel_us(eye: GeometricEye, view: View) -> float:
     """Least time of a look, us, of five series."""
-    arrays = view.camera, eye._lens, view.marker, eye._cube, view.occluders, eye._kinds, eye._sizes, eye._work
+    arrays = (
+        view.camera,
+        eye._lens,
+        view.marker,
+        eye._cube,
+        view.occluders,
+        eye._kinds,
+        eye._sizes,
+        eye._tags,
+        eye._work,
+    )
     again(1, *arrays)
     return 1e6 / REPEATS * min(seconds(lambda: again(REPEATS, *arrays)) for _ in range(5))
 

@@ -270,7 +270,8 @@ def no_computing(monkeypatch: pytest.MonkeyPatch) -> Any:
         def fail(*_: object) -> None:
             raise Computed
 
-        monkeypatch.setattr(module, "_compute", fail)
+        monkeypatch.setattr(module, "reachable", fail)
+        monkeypatch.setattr(module, "reactive_hits", fail)
 
     return forbid
 
@@ -283,11 +284,11 @@ def test_second_call_looks_the_result_up(body: MujocoBody, no_computing: Any) ->
     result = ceiling([body], [arms], grid=COARSE)
     no_computing()
     assert ceiling([MujocoBody("nao", "kinematic")], [arms.copy()], grid=COARSE) == result
+    assert ceiling([body], [arms], window=10, grid=COARSE)["phases"][0]["per_window"]
     for other in (
         {"arms_by_phase": [arms + 1e-9]},
         {"bodies": [body, body], "arms_by_phase": [arms[:10], arms[10:]]},
         {"grid": (25, 8)},
-        {"window": 10},
         {"every": 7},
         {"bodies": [MujocoBody("nao", "kinematic", head_speed=1.0)]},
         {"bodies": [MujocoBody("nao", "dynamic")]},
@@ -295,6 +296,26 @@ def test_second_call_looks_the_result_up(body: MujocoBody, no_computing: Any) ->
     ):
         with pytest.raises(Computed):
             ceiling(**{"bodies": [body], "arms_by_phase": [arms], "grid": COARSE, **other})
+
+
+def test_runs_that_share_a_phase_share_what_could_be_seen_in_it(
+    body: MujocoBody, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Only the other phase is computed; the whole is as if nothing had been kept."""
+    arms, other, asked = wandering(body, 60), wandering(body, 60, seed=1), []
+    ceiling([body, body], [arms[:30], arms[30:]], grid=COARSE)
+
+    def counted(vantages: Vantages, postures: Floats) -> Any:
+        asked.append(postures)
+        return reachable(vantages, postures)
+
+    monkeypatch.setattr(module, "reachable", counted)
+    result = ceiling([body, body], [arms[:30], other[30:]], grid=COARSE)
+    assert len(asked) == 1
+    np.testing.assert_array_equal(asked[0], other[30::10])
+    monkeypatch.setenv("XDG_CACHE_HOME", "/dev/null")
+    assert ceiling([body, body], [arms[:30], other[30:]], grid=COARSE) == result
+    assert len(asked) == 3
 
 
 def test_cache_that_cannot_be_written_changes_nothing(
@@ -314,10 +335,11 @@ def test_broken_cache_file_is_written_anew(body: MujocoBody, cache: Path, conten
     """And no part of one is left behind."""
     arms = wandering(body, 30)
     result = ceiling([body], [arms], grid=COARSE)
-    [file] = cache.iterdir()
-    file.write_text(content)
+    before = {file: file.read_text() for file in cache.iterdir()}
+    for file in before:
+        file.write_text(content)
     assert ceiling([body], [arms], grid=COARSE) == result
-    assert [*cache.iterdir()] == [file] and json.loads(file.read_text()) == result
+    assert {file: file.read_text() for file in cache.iterdir()} == before
 
 
 def test_without_the_variable_the_cache_is_in_the_home_folder(
@@ -327,4 +349,4 @@ def test_without_the_variable_the_cache_is_in_the_home_folder(
     monkeypatch.delenv("XDG_CACHE_HOME")
     monkeypatch.setenv("HOME", str(tmp_path))
     ceiling([body], [wandering(body, 10)], grid=COARSE)
-    assert len([*(tmp_path / ".cache" / "somatopy" / "ceiling").iterdir()]) == 1
+    assert len([*(tmp_path / ".cache" / "somatopy" / "ceiling").iterdir()]) == 2

@@ -77,3 +77,26 @@ def test_any_of_nine_points_counts() -> None:
     assert any_between(pose, kinds, sizes, camera, points, 0.4)
     points[0, 0] = -0.3
     assert not any_between(pose, kinds, sizes, camera, points, 0.4)
+
+
+@pytest.mark.parametrize("kind", SIZES)
+def test_nine_points_of_a_square_are_hidden_where_one_of_them_is_alone(kind: str) -> None:
+    """Shapes before, beside, behind and across a square, turned anyhow: what is passed over could not have hidden."""
+    rng, answers = np.random.default_rng(3), []
+    grid = np.array([(1, -1), (1, 1), (-1, 1), (-1, -1), (1, 0), (0, 1), (-1, 0), (0, -1), (0, 0)], float)
+    for _ in range(40):
+        model, data = scene(kind, rng)
+        pose = np.concatenate([data.geom_xpos[0], data.geom_xmat[0]])[None]
+        sizes = np.append(model.geom_size[0], model.geom_rbound[0])[None]
+        if kind == "sphere":
+            sizes[0, :3] = sizes[0, 0]
+        for _ in range(50):
+            half = rng.uniform(0.005, 0.1)
+            axes = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+            points = data.geom_xpos[0] + rng.normal(0, 0.2, 3) + half * grid @ axes[:2]
+            camera = data.geom_xpos[0] + rng.normal(0, 0.4, 3)
+            alone = any(between(model, data, camera, point) for point in points)
+            kinds = model.geom_type.astype(np.int64)
+            answers.append(any_between(pose, kinds, sizes, camera, points, np.sqrt(2) * half))
+            assert answers[-1] == alone
+    assert 0.1 < np.mean(answers) < 0.9

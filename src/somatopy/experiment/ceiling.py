@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import inspect
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from itertools import groupby
@@ -37,6 +37,9 @@ _STRETCHES, _STRETCH = 10, FRAMES_PER_MINUTE  # the reactive bound: ten stretche
 _REST, _LONGEST = 1e-4, 3000  # rad in a frame that count as rest; frames after which nobody waits for it any more
 _ENOUGH = 3000  # arm postures by which the best fixed head posture is chosen
 
+#: Of a grid with so many axes, the cells that touch one.
+_TOUCHING = {axes: np.ones((3,) * axes, np.bool_) for axes in GRIDS}
+
 Bools = NDArray[np.bool_]
 
 
@@ -48,6 +51,9 @@ def ceiling(
     grid: tuple[int, ...] | None = None,
 ) -> dict[str, Any]:
     """Ceiling and reactive bound of a run's arm postures; kept in the user's cache folder and looked up there.
+
+    What can be seen is kept for each phase by itself, so that runs which share a phase share it; the reactive bound
+    for the run as a whole.
 
     The reactive bound is that of ten stretches of 900 frames, the first at the start of the run, the last at its end,
     the others evenly between; of the whole run where it is no longer than that.
@@ -65,14 +71,29 @@ def ceiling(
         hits, "ceiling_rate", what can be seen in the same frames, and "frames", how many they are. A rate is None
         where there are no frames.
     """
-    arms_by_phase = [np.ascontiguousarray(arms, float) for arms in arms_by_phase]
-    grid = grid or _grid(bodies[0])
-    key = _fingerprint(bodies, arms_by_phase, (window, every, grid))
-    kept = _recall(key)
-    if kept is None:
-        kept = _compute(bodies, arms_by_phase, window, every, grid)
-        _keep(key, kept)
-    return kept
+    arms_by_phase, grid = [np.ascontiguousarray(arms, float) for arms in arms_by_phase], grid or _grid(bodies[0])
+    made: dict[int, Vantages] = {}
+
+    def vantages(body: Modelled) -> Vantages:
+        if id(body) not in made:
+            made[id(body)] = Vantages.of(body, grid)
+        return made[id(body)]
+
+    phases, found = [], []
+    for body, arms in zip(bodies, arms_by_phase, strict=True):
+        seen = _reachable(body, arms[::every], grid, vantages)
+        at = np.arange(0, len(arms), every) // window
+        windows = [_rate(seen[at == k]) for k in range(len(arms) // window)]
+        phases.append({"rate": _rate(seen), "per_window": windows})
+        found.append(seen)
+    return {
+        "eye": "geometric",
+        "grid": list(grid),
+        "every": every,
+        "rate": _rate(*found),
+        "phases": phases,
+        "reactive": _reactive(bodies, arms_by_phase, grid, vantages),
+    }
 
 
 def best_fixed_head(body: Modelled, arms: Floats, grid: tuple[int, ...] | None = None) -> Floats:
@@ -110,6 +131,7 @@ class Vantages:
         heads: the postures, shape (m, n_head), rad.
         shape: steps of the grid along each head joint.
         cells: where each posture stands in the grid, shape (m,).
+        framed: the same in a grid with one more cell at each end of each axis, shape (m,).
         cameras: the camera's pose at each, shape (m, 12).
         moved: poses there of the occluders that move with the head, shape (m, k, 12).
         rows: which occluders those are, shape (k,).
@@ -128,6 +150,7 @@ class Vantages:
     heads: Floats
     shape: tuple[int, ...]
     cells: Ints
+    framed: Ints
     cameras: Floats
     moved: Floats
     rows: Ints
@@ -150,6 +173,7 @@ class Vantages:
             heads=heads[cells],
             shape=shape,
             cells=cells,
+            framed=np.flatnonzero(np.pad(np.bincount(cells, minlength=len(every)).reshape(shape), 1)),
             cameras=np.stack([view.camera for view in views]),
             moved=np.ascontiguousarray(poses[:, rows]),
             rows=rows,
@@ -165,10 +189,9 @@ class Vantages:
 
         Zero for those that do not see themselves; what lies beyond the limits does not see.
         """
-        grid = np.zeros(self.shape, np.int64)
-        grid.flat[self.cells] = seen
-        distance = distance_transform_cdt(np.pad(grid, 1), metric="chessboard")
-        return np.asarray(distance[(slice(1, -1),) * grid.ndim].flat[self.cells], np.int64)
+        grid = np.zeros([n + 2 for n in self.shape], np.int32)
+        grid.ravel()[self.framed] = seen
+        return np.asarray(distance_transform_cdt(grid, metric=_TOUCHING[grid.ndim]).ravel()[self.framed], np.int64)
 
 
 def reachable(vantages: Vantages, arms: Floats) -> Bools:
@@ -235,27 +258,31 @@ def _settled(body: Any, reading: Reading, target: Floats) -> Reading:
     return reading
 
 
-def _compute(
-    bodies: Sequence[Modelled], arms_by_phase: list[Floats], window: int, every: int, grid: tuple[int, ...]
+_VantagesOf = Callable[[Modelled], Vantages]
+
+
+def _reachable(body: Modelled, arms: Floats, grid: tuple[int, ...], vantages: _VantagesOf) -> Bools:
+    """What `reachable` says of a phase, looked up if it is kept."""
+
+    def compute() -> dict[str, Any]:
+        return {"seen": "".join("01"[seen] for seen in reachable(vantages(body), arms).tolist())}
+
+    kept = _kept(_fingerprint([body], [arms], ("reachable", grid)), compute)
+    return np.asarray(np.frombuffer(kept["seen"].encode(), np.uint8) == ord("1"))
+
+
+def _reactive(
+    bodies: Sequence[Modelled], arms_by_phase: list[Floats], grid: tuple[int, ...], vantages: _VantagesOf
 ) -> dict[str, Any]:
-    vantages = {id(body): Vantages.of(body, grid) for body in bodies}
-    by_phase = [vantages[id(body)] for body in bodies]
-    found = [reachable(each, arms[::every]) for each, arms in zip(by_phase, arms_by_phase, strict=True)]
-    phases = []
-    for seen, arms in zip(found, arms_by_phase, strict=True):
-        at = np.arange(0, len(arms), every) // window
-        windows = [_rate(seen[at == k]) for k in range(len(arms) // window)]
-        phases.append({"rate": _rate(seen), "per_window": windows})
-    reactive = [reactive_hits(*stretch) for stretch in _stretches(by_phase, arms_by_phase)]
-    hits, possible = ([pair[k] for pair in reactive] for k in (0, 1))
-    return {
-        "eye": "geometric",
-        "grid": list(grid),
-        "every": every,
-        "rate": _rate(*found),
-        "phases": phases,
-        "reactive": {"rate": _rate(*hits), "ceiling_rate": _rate(*possible), "frames": sum(map(len, hits))},
-    }
+    """Rate of the reactive gaze over a run's stretches, looked up if it is kept."""
+
+    def compute() -> dict[str, Any]:
+        by_phase = [vantages(body) for body in bodies]
+        pairs = [reactive_hits(*stretch) for stretch in _stretches(by_phase, arms_by_phase)]
+        hits, possible = ([pair[k] for pair in pairs] for k in (0, 1))
+        return {"rate": _rate(*hits), "ceiling_rate": _rate(*possible), "frames": sum(map(len, hits))}
+
+    return _kept(_fingerprint(bodies, arms_by_phase, ("reactive", grid)), compute)
 
 
 def _stretches(by_phase: Sequence[Vantages], arms_by_phase: list[Floats]) -> Iterator[tuple[Vantages, Floats]]:
@@ -311,13 +338,16 @@ def _sources(bodies: Sequence[Modelled]) -> list[Path]:
     return sorted(found)
 
 
-def _recall(key: str) -> dict[str, Any] | None:
+def _kept(key: str, compute: Callable[[], dict[str, Any]]) -> dict[str, Any]:
+    """What stands under a key; computed and written there if nothing readable does."""
     folder = cache_folder("ceiling")
-    try:
+    with suppress(OSError, ValueError):
         kept = json.loads((folder / f"{key}.json").read_text(encoding="utf-8")) if folder else None
-    except (OSError, ValueError):
-        return None
-    return kept if isinstance(kept, dict) else None
+        if isinstance(kept, dict):
+            return kept
+    result = compute()
+    _keep(key, result)
+    return result
 
 
 def _keep(key: str, result: dict[str, Any]) -> None:

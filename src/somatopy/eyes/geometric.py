@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from somatopy._jit import jit
 from somatopy.contract import Twin
 from somatopy.eyes.frustum import optics
-from somatopy.eyes.rays import Vector, any_between
+from somatopy.eyes.rays import MARGIN, Vector, any_between, beside
 from somatopy.percept import Camera, Floats, Ints, Marker, Reading, Shapes, Sighting, View
 from somatopy.registry import BuildContext, Settings
 
@@ -42,6 +42,7 @@ def see(
     poses: Floats,
     kinds: Ints,
     sizes: Floats,
+    tags: Floats,
     work: Floats,
 ) -> int:
     """The face of the cube that the eye reads, or -1.
@@ -54,24 +55,55 @@ def see(
         poses: position and rotation of each occluder, shape (n, 12).
         kinds: MuJoCo's geom type of each, shape (n,).
         sizes: half-sizes and bounding radius of each, shape (n, 4).
-        work: scratch, shape (14, 3); its last row returns pixel (u, v) of the cube's centre and area (px^2) of the tag.
+        tags: scratch, shape (4, 14, 3).
+        work: scratch, shape (5, 3); its last row returns pixel (u, v) of the cube's centre and area (px^2) of the tag.
     """
-    u, v, depth = _project(camera, lens, marker[0], marker[1], marker[2])
-    if not _in_frame(u, v, depth, lens, cube):
+    slack = _slack(lens, cube)
+    if not _in_frame(camera, lens, marker, slack, work):
         return -1
+    _place(marker, cube, tags)
+    if not _measure(camera, lens, marker, cube, tags, work):
+        return -1
+    return _read(camera, cube, tags, poses, kinds, sizes, work)
+
+
+@jit
+def _place(marker: Floats, cube: Floats, tags: Floats) -> None:
+    """Write normal, corners and the nine points of each tag to `tags`, shape (4, 14, 3)."""
     for face in range(4):
-        work[9 + face, 2] = _tag_area(face, camera, lens, marker, cube, work)
+        ny, nz = _NORMALS[face, 0], _NORMALS[face, 1]
+        for k in range(3):
+            tags[face, 0, k] = ny * marker[4 + 3 * k] + nz * marker[5 + 3 * k]
+            for n in range(4):
+                tags[face, 1 + n, k] = _point(marker, cube, face, cube[1] * _POINTS[n, 0], cube[1] * _POINTS[n, 1], k)
+            for n in range(9):
+                tags[face, 5 + n, k] = _point(marker, cube, face, cube[2] * _POINTS[n, 0], cube[2] * _POINTS[n, 1], k)
+
+
+@jit
+def _measure(camera: Floats, lens: Floats, marker: Floats, cube: Floats, tags: Floats, work: Floats) -> bool:
+    """Whether any tag could be read if nothing stood before it; the tags' areas are left in work[:4, 2]."""
+    some = False
+    for face in range(4):
+        work[face, 2] = _tag_area(tags[face], camera, lens, marker, cube, work)
+        some |= work[face, 2] > 0.0
+    return some
+
+
+@jit
+def _read(camera: Floats, cube: Floats, tags: Floats, poses: Floats, kinds: Ints, sizes: Floats, work: Floats) -> int:
+    """The largest tag that nothing hides, of those that `_measure` has found, or -1; its area is left in work[4, 2]."""
     for _ in range(4):
         face = 0
         for other in range(1, 4):
-            if work[9 + other, 2] > work[9 + face, 2]:
+            if work[other, 2] > work[face, 2]:
                 face = other
-        if work[9 + face, 2] <= 0.0:
+        if work[face, 2] <= 0.0:
             return -1
-        if not _hidden(face, camera, marker, cube, poses, kinds, sizes, work):
-            work[13, 0], work[13, 1], work[13, 2] = u, v, work[9 + face, 2]
+        if not any_between(poses, kinds, sizes, camera, tags[face, 5:], math.sqrt(2.0) * cube[2]):
+            work[4, 2] = work[face, 2]
             return face
-        work[9 + face, 2] = 0.0
+        work[face, 2] = 0.0
     return -1
 
 
@@ -88,15 +120,23 @@ def _project(camera: Floats, lens: Floats, x: float, y: float, z: float) -> Vect
 
 
 @jit
-def _in_frame(u: float, v: float, depth: float, lens: Floats, cube: Floats) -> bool:
-    """Whether the centre of any face of a cube whose own centre is at pixel (u, v) can be inside the image.
+def _slack(lens: Floats, cube: Floats) -> float:
+    """How far, px at 1 m, the centre of a face can appear to be from that of the cube, where it is inside the image.
 
     A point inside the image and one that is h away from it at depth z appear at most h sqrt(f^2 + r^2) / z apart,
     r the distance of the image's edge from its middle.
     """
+    return float(cube[0] * math.hypot(lens[0], 0.5 * max(lens[1], lens[2])))
+
+
+@jit
+def _in_frame(camera: Floats, lens: Floats, marker: Floats, slack: float, work: Floats) -> bool:
+    """Whether the centre of any face can be inside the image; the pixel of the cube's own is left in work[4, :2]."""
+    u, v, depth = _project(camera, lens, marker[0], marker[1], marker[2])
     if depth <= 1e-6:
         return False
-    margin = cube[0] * math.hypot(lens[0], 0.5 * max(lens[1], lens[2])) / depth
+    margin = slack / depth
+    work[4, 0], work[4, 1] = u, v
     return bool(-margin <= u <= lens[1] - 1.0 + margin and -margin <= v <= lens[2] - 1.0 + margin)
 
 
@@ -109,57 +149,33 @@ def _point(marker: Floats, cube: Floats, face: int, up: float, right: float, k: 
 
 
 @jit
-def _tag_area(face: int, camera: Floats, lens: Floats, marker: Floats, cube: Floats, work: Floats) -> float:
+def _tag_area(tag: Floats, camera: Floats, lens: Floats, marker: Floats, cube: Floats, work: Floats) -> float:
     """Area (px^2) of a face's tag if it is turned to the camera, large enough and inside the image, else 0."""
-    ny, nz = _NORMALS[face, 0], _NORMALS[face, 1]
     distance = facing = 0.0
     for k in range(3):
-        normal = ny * marker[4 + 3 * k] + nz * marker[5 + 3 * k]
-        gap = camera[k] - marker[k] - cube[0] * normal
-        facing += normal * gap
+        gap = camera[k] - marker[k] - cube[0] * tag[0, k]
+        facing += tag[0, k] * gap
         distance += gap * gap
     if facing <= lens[4] * math.sqrt(distance):
         return 0.0
     for corner in range(4):
-        up, right = cube[1] * _POINTS[corner, 0], cube[1] * _POINTS[corner, 1]
-        x = _point(marker, cube, face, up, right, 0)
-        y = _point(marker, cube, face, up, right, 1)
-        z = _point(marker, cube, face, up, right, 2)
-        u, v, _ = _project(camera, lens, x, y, z)
+        u, v, _ = _project(camera, lens, tag[1 + corner, 0], tag[1 + corner, 1], tag[1 + corner, 2])
         if not (lens[5] <= u <= lens[1] - 1.0 - lens[5] and lens[5] <= v <= lens[2] - 1.0 - lens[5]):
             return 0.0
-        work[9 + corner, 0], work[9 + corner, 1] = u, v
+        work[corner, 0], work[corner, 1] = u, v
     return _large_area(lens, work)
 
 
 @jit
 def _large_area(lens: Floats, work: Floats) -> float:
-    """Area of the quadrangle whose corners, px, stand in work[9:13], or 0 if its height is too small."""
+    """Area of the quadrangle whose corners, px, stand in work[:4], or 0 if its height is too small."""
     area = longest = 0.0
     for corner in range(4):
-        u0, v0 = work[9 + corner, 0], work[9 + corner, 1]
-        u1, v1 = work[9 + (corner + 1) % 4, 0], work[9 + (corner + 1) % 4, 1]
+        u0, v0 = work[corner, 0], work[corner, 1]
+        u1, v1 = work[(corner + 1) % 4, 0], work[(corner + 1) % 4, 1]
         area += 0.5 * (u0 * v1 - u1 * v0)
         longest = max(longest, (u1 - u0) ** 2 + (v1 - v0) ** 2)
     return abs(area) if abs(area) >= lens[3] * math.sqrt(longest) else 0.0
-
-
-@jit
-def _hidden(
-    face: int,
-    camera: Floats,
-    marker: Floats,
-    cube: Floats,
-    poses: Floats,
-    kinds: Ints,
-    sizes: Floats,
-    points: Floats,
-) -> bool:
-    """Whether a shape hides one of nine points of a face's tag, which are left in `points`."""
-    for n in range(9):
-        for k in range(3):
-            points[n, k] = _point(marker, cube, face, cube[2] * _POINTS[n, 0], cube[2] * _POINTS[n, 1], k)
-    return any_between(poses, kinds, sizes, camera, points, math.sqrt(2.0) * cube[2])
 
 
 @jit
@@ -174,6 +190,7 @@ def see_from_each(
     poses: Floats,
     kinds: Ints,
     sizes: Floats,
+    tags: Floats,
     work: Floats,
     seen: NDArray[np.bool_],
 ) -> None:
@@ -183,21 +200,79 @@ def see_from_each(
         cameras: pose of the camera at each head posture, shape (m, 12).
         moved: poses there of the occluders that move with the head, shape (m, len(rows), 12).
         rows: which occluders those are.
-        first: head posture to try first, after which the search ends with the first success; -1 to try all.
+        first: head posture to try first, then those that follow; the search ends with the first success. -1 to try all.
         seen: all False, shape (m,); those that see are set.
 
     The others are as in `see`; `poses` is overwritten in `rows`.
     """
-    for trial in range(-1 if first >= 0 else 0, len(cameras)):
-        h = first if trial < 0 else trial
-        u, v, depth = _project(cameras[h], lens, marker[0], marker[1], marker[2])
-        if not _in_frame(u, v, depth, lens, cube):
+    if first >= 0:
+        poses[rows] = moved[first]
+        seen[first] = see(cameras[first], lens, marker, cube, poses, kinds, sizes, tags, work) >= 0
+        if seen[first]:
+            return
+    slack = _slack(lens, cube)
+    _place(marker, cube, tags)
+    near, kinds_near, sizes_near = np.empty_like(poses), np.empty_like(kinds), np.empty_like(sizes)
+    fixed = _sift_fixed(cameras, rows, marker, cube, poses, kinds, sizes, near, kinds_near, sizes_near)
+    for trial in range(len(cameras)):
+        h = (max(first, 0) + trial) % len(cameras)  # what sees is seldom far from what saw the last time
+        camera = cameras[h]
+        if not (_in_frame(camera, lens, marker, slack, work) and _measure(camera, lens, marker, cube, tags, work)):
             continue
+        n = fixed
         for r in range(rows.size):
-            poses[rows[r]] = moved[h, r]
-        seen[h] = see(cameras[h], lens, marker, cube, poses, kinds, sizes, work) >= 0
+            if not _aside(moved[h, r], sizes[rows[r], 3], camera, marker, cube, 0.0):
+                near[n], kinds_near[n], sizes_near[n] = moved[h, r], kinds[rows[r]], sizes[rows[r]]
+                n += 1
+        seen[h] = _read(camera, cube, tags, near[:n], kinds_near[:n], sizes_near[:n], work) >= 0
         if seen[h] and first >= 0:
             return
+
+
+@jit
+def _sift_fixed(
+    cameras: Floats,
+    rows: Ints,
+    marker: Floats,
+    cube: Floats,
+    poses: Floats,
+    kinds: Ints,
+    sizes: Floats,
+    near: Floats,
+    kinds_near: Ints,
+    sizes_near: Floats,
+) -> int:
+    """Write to the last three the occluders that do not move with the head and may hide something; how many they are.
+
+    All ways begin in a ball around all cameras.
+    """
+    fixed = np.ones(len(poses), np.bool_)
+    fixed[rows] = False
+    middle, spread = cameras[len(cameras) // 2], 0.0
+    for h in range(len(cameras)):
+        x, y, z = cameras[h, 0] - middle[0], cameras[h, 1] - middle[1], cameras[h, 2] - middle[2]
+        spread = max(spread, x * x + y * y + z * z)
+    spread = math.sqrt(spread)
+    n = 0
+    for row in range(len(poses)):
+        if fixed[row] and not _aside(poses[row], sizes[row, 3], middle, marker, cube, spread):
+            near[n], kinds_near[n], sizes_near[n] = poses[row], kinds[row], sizes[row]
+            n += 1
+    return n
+
+
+@jit
+def _aside(pose: Floats, size: float, camera: Floats, marker: Floats, cube: Floats, spread: float) -> bool:
+    """Whether an occluder is too far to the side to hide any face of the cube from a camera, or from `spread` around.
+
+    A way to a face ends within half an edge of the cube's centre, and the part of its tag that must not be hidden
+    within sqrt(2) times its half edge of there; so near to the line between the two centres stays all of it.
+    """
+    way = marker[0] - camera[0], marker[1] - camera[1], marker[2] - camera[2]
+    p = pose[0] - camera[0], pose[1] - camera[1], pose[2] - camera[2]
+    square = way[0] * way[0] + way[1] * way[1] + way[2] * way[2]
+    reach = size + math.sqrt(2.0) * cube[2] + max(spread, cube[0]) + MARGIN
+    return square > 0.0 and beside(p, way, 1.0 / square, reach)
 
 
 class GeometricEye:
@@ -228,7 +303,7 @@ class GeometricEye:
         self._cube = np.append(cube, REACH * cube[1])
         self._ids = marker.ids
         self._kinds, self._sizes = occluders.kinds, occluders.sizes
-        self._work = np.zeros((14, 3))
+        self._tags, self._work = np.zeros((4, 14, 3)), np.zeros((5, 3))
 
     def look(self, reading: Reading) -> Sighting | None:
         """Where the marker would be seen.
@@ -250,11 +325,12 @@ class GeometricEye:
             view.occluders,
             self._kinds,
             self._sizes,
+            self._tags,
             self._work,
         )
         if face < 0:
             return None
-        u, v, area = self._work[13].tolist()
+        u, v, area = self._work[4].tolist()
         return Sighting(pixel=(u, v), tag=self._ids[face], area=area)
 
     def look_from_each(
@@ -284,6 +360,7 @@ class GeometricEye:
             view.occluders.copy(),
             self._kinds,
             self._sizes,
+            self._tags,
             self._work,
             seen,
         )

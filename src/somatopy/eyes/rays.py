@@ -7,9 +7,12 @@ import math
 from somatopy._jit import jit
 from somatopy.percept import Floats, Ints
 
-__all__ = ["Vector", "any_between"]
+__all__ = ["MARGIN", "Vector", "any_between", "beside"]
 
 _SPHERE, _ELLIPSOID, _CYLINDER, _BOX = 2, 4, 5, 6
+
+#: What is passed over because it stands in no way is at least that far from all ways, m: rounding stays far below.
+MARGIN = 1e-6
 
 Vector = tuple[float, float, float]
 
@@ -31,19 +34,84 @@ def any_between(poses: Floats, kinds: Ints, sizes: Floats, camera: Floats, point
         kinds: MuJoCo's geom type of each, shape (n,).
         sizes: half-sizes and bounding radius of each, shape (n, 4).
         camera: position in its first three entries.
-        points: in its first nine rows; the last is their middle; shape (at least 9, 3).
+        points: in its first nine rows, all in one plane; the last is their middle; shape (at least 9, 3).
         radius: of a ball around that middle which holds them all.
     """
     way = points[8, 0] - camera[0], points[8, 1] - camera[1], points[8, 2] - camera[2]
-    scale = 1.0 / _dot(way, way)
+    scale, plane = 1.0 / _dot(way, way), _plane(points, way)
     for n in range(len(poses)):
         p = poses[n, 0] - camera[0], poses[n, 1] - camera[1], poses[n, 2] - camera[2]
-        t = min(max(_dot(p, way) * scale, 0.0), 1.0)
-        gap = p[0] - t * way[0], p[1] - t * way[1], p[2] - t * way[2]
-        reach = sizes[n, 3] + radius
-        if _dot(gap, gap) < reach * reach and _is_between(poses, n, kinds[n], sizes, p, camera, points):
+        if (
+            not beside(p, way, scale, sizes[n, 3] + radius)
+            and not _separated(poses, n, kinds[n], sizes, p, way, scale, plane, radius)
+            and _is_between(poses, n, kinds[n], sizes, p, camera, points)
+        ):
             return True
     return False
+
+
+@jit
+def beside(p: Vector, way: Vector, scale: float, reach: float) -> bool:
+    """Whether a point stays at least `reach` away from a way that begins at the origin.
+
+    Args:
+        p: the point.
+        way: where the way ends.
+        scale: 1 / the square of its length.
+        reach: as long as `p` and `way`, m.
+    """
+    t = min(max(_dot(p, way) * scale, 0.0), 1.0)
+    gap = p[0] - t * way[0], p[1] - t * way[1], p[2] - t * way[2]
+    return _dot(gap, gap) >= reach * reach
+
+
+@jit
+def _plane(points: Floats, way: Vector) -> Vector:
+    """A vector across the points, which lie in a plane with their corners first, on the camera's side; may be 0."""
+    a = points[1, 0] - points[0, 0], points[1, 1] - points[0, 1], points[1, 2] - points[0, 2]
+    b = points[2, 0] - points[0, 0], points[2, 1] - points[0, 1], points[2, 2] - points[0, 2]
+    n = a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+    return n if _dot(n, way) < 0.0 else (-n[0], -n[1], -n[2])
+
+
+@jit
+def _separated(
+    poses: Floats,
+    n: int,
+    kind: int,
+    sizes: Floats,
+    p: Vector,
+    way: Vector,
+    scale: float,
+    plane: Vector,
+    radius: float,
+) -> bool:
+    """Whether shape n, at `p` from the camera, lies behind the points or beside all ways to them; it may without.
+
+    Two planes are tried, across which it would have to reach: that of the points, and one along the way on the side
+    where the shape is. It stays a distance away that no rounding crosses.
+    """
+    length = math.sqrt(_dot(plane, plane))
+    if length > 0.0 and _dot(p, plane) + _reach(poses, n, kind, sizes, plane) <= _dot(way, plane) - MARGIN * length:
+        return True
+    t = min(max(_dot(p, way) * scale, 0.0), 1.0)
+    gap = p[0] - t * way[0], p[1] - t * way[1], p[2] - t * way[2]
+    length = math.sqrt(_dot(gap, gap))
+    ways = max(0.0, _dot(way, gap) + radius * length)
+    return length > 0.0 and _dot(p, gap) - _reach(poses, n, kind, sizes, gap) >= ways + MARGIN * length
+
+
+@jit
+def _reach(poses: Floats, n: int, kind: int, sizes: Floats, direction: Vector) -> float:
+    """How far shape n reaches from its centre along a direction, times that one's length."""
+    u, v, w = _turned(poses, n, direction[0], direction[1], direction[2])
+    x, y, z = sizes[n, 0], sizes[n, 1], sizes[n, 2]
+    if kind in (_SPHERE, _ELLIPSOID):
+        return math.sqrt((x * u) ** 2 + (y * v) ** 2 + (z * w) ** 2)
+    if kind == _BOX:
+        return float(x * abs(u) + y * abs(v) + z * abs(w))
+    across = u * u + v * v if kind == _CYLINDER else u * u + v * v + w * w
+    return float(x * math.sqrt(across) + y * abs(w))
 
 
 @jit
