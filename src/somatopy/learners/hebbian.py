@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from sklearn.base import clone
 from typing_extensions import Doc
 
+from somatopy.learners.at_once import learn_both, posture_of_strongest
 from somatopy.learners.base import Plastic, Scale
 from somatopy.links import HebbianLinks, PositiveHebb, Rule, activation
 from somatopy.maps import DSOM, Lattice, Map
@@ -24,6 +25,8 @@ Units = Literal["unit", "radian"]
 Centring = Literal["linear", "none"]
 Ties = Literal["redrawn", "held", "first"]
 
+_MAPS = frozenset({"arm_map", "head_map"})
+_DOUBLE = np.dtype(np.float64)
 MOST_UNITS = 10_000_000
 
 
@@ -122,6 +125,9 @@ class HebbianLearner(Plastic):
             "head_distance": np.nan,
         }
         self._chance, self._chosen_for = 0.0, -1
+        scales = self._arm_scale, self._head_scale
+        self._low, self._span = (np.concatenate([getattr(s, name) for s in scales]) for name in ("low", "span"))
+        self._postures, self._shapes = np.empty_like(self._low), tuple(s.low.shape for s in scales)
 
     def observe(self, percept: Percept) -> None:
         """Maps learn, winners are found, the link between them learns (steps 5 to 7 of the frame).
@@ -129,15 +135,12 @@ class HebbianLearner(Plastic):
         Raises:
             ValueError: a posture of the wrong length or not finite; nothing has been learned then.
         """
-        x, y = self._arm_scale.to_unit(percept.arm), self._head_scale.to_unit(percept.head)
-        if not all(map(isfinite, y.tolist())):
-            raise ValueError(f"The head posture {percept.head} is not finite; nothing has been learned.")
-        plastic = self.plastic
-        i, arm_distance = _found(self.arm_map, x, "arm_map" in plastic)
-        j, head_distance = _found(self.head_map, y, "head_map" in plastic)
-        if "links" in plastic:
+        found = self._learn_at_once(percept) or self._learn_one_by_one(percept)
+        i, arm_distance, j, head_distance = found
+        target = self._target(percept.sighting)
+        if "links" in self.plastic and (target != 0.0 or type(self.links.rule) is not PositiveHebb):
             strength = activation(arm_distance, self._slope) * activation(head_distance, self._slope)
-            self.links.update(i, j, strength, self._target(percept.sighting))
+            self.links.update(i, j, strength, target)
         self._observed = percept
         self._probes = {
             "arm_winner": i,
@@ -145,6 +148,32 @@ class HebbianLearner(Plastic):
             "arm_distance": arm_distance,
             "head_distance": head_distance,
         }
+
+    def _learn_one_by_one(self, percept: Percept) -> tuple[int, float, int, float]:
+        """Winner and distance in the arm map, then in the head map, after those that may have learned."""
+        x, y = self._arm_scale.to_unit(percept.arm), self._head_scale.to_unit(percept.head)
+        if not all(map(isfinite, y.tolist())):
+            raise ValueError(f"The head posture {percept.head} is not finite; nothing has been learned.")
+        return *_found(self.arm_map, x, "arm_map" in self.plastic), *_found(
+            self.head_map, y, "head_map" in self.plastic
+        )
+
+    def _learn_at_once(self, percept: Percept) -> tuple[int, float, int, float] | None:
+        """The same by one kernel; None, and nothing has changed, where maps or postures are none that it takes."""
+        arm_map, head_map, arm, head = self.arm_map, self.head_map, percept.arm, percept.head
+        if not (type(arm_map) is type(head_map) is DSOM and arm_map is not head_map and self.plastic >= _MAPS):
+            return None
+        if not (type(arm) is type(head) is np.ndarray and (arm.shape, head.shape) == self._shapes):
+            return None
+        if not arm.dtype is head.dtype is _DOUBLE:
+            return None
+        first, second = arm_map.for_kernel(), head_map.for_kernel()
+        if first is None or second is None:
+            return None
+        joints = len(arm)
+        self._postures[:joints], self._postures[joints:] = arm, head
+        found = learn_both(self._postures, self._low, self._span, joints, first, second)
+        return found if found[0] >= 0 else None
 
     def _target(self, sighting: Sighting | None) -> float:
         """f_c of equation 3."""
@@ -166,6 +195,9 @@ class HebbianLearner(Plastic):
         return self._posture(i, 0.0)
 
     def _posture(self, i: int, u: float) -> Floats:
+        links, head, scale = self.links.whole, self.head_map, self._head_scale
+        if links is not None and type(head) is DSOM and head.sheet.codes.dtype is _DOUBLE:
+            return posture_of_strongest(links, i, u, head.sheet.codes, head.sheet.columns, scale.low, scale.span)
         return self._head_scale.to_angle(self.head_map.code(self.links.strongest(i, u)))
 
     def probes(self) -> dict[str, float]:

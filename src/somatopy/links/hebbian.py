@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from somatopy.links.rules import Rule
-from somatopy.links.table import new_table
+from somatopy.links.table import DenseTable, new_table
 
 __all__ = ["HebbianLinks"]
 
@@ -90,6 +90,11 @@ class HebbianLinks:
         row = self._table.row(_node("i", i, "first", self.n_pre)).view()
         row.flags.writeable = False
         return row
+
+    @property
+    def whole(self) -> Floats | None:
+        """All links, shape (n_pre, n_post), the table's own, for kernels; None where only those not 0 are kept."""
+        return self._table.links if isinstance(self._table, DenseTable) else None
 
     def used(self) -> tuple[NDArray[np.int32], NDArray[np.int32], Floats]:
         """The links that are not 0, by i and then j: their i, their j and their values, each of shape (links,)."""

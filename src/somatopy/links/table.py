@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from somatopy._jit import jit
 from somatopy.links.rules import Rule
 
-__all__ = ["DenseTable", "SparseTable", "Table", "new_table"]
+__all__ = ["DenseTable", "SparseTable", "Table", "new_table", "strongest_link"]
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int32]
@@ -75,7 +75,8 @@ def _ties(row: Floats, start: Any, greatest: float) -> int:
 
 
 @jit
-def _strongest(links: Floats, i: int, u: float) -> int:
+def strongest_link(links: Floats, i: int, u: float) -> int:
+    """Of the nodes with the greatest link from i, in their order, the one at the share u, which is in [0, 1)."""
     row = links[i]
     greatest, size, ties = _greatest(row), U(row.size), 0
     for start in range(U(0), size, BLOCK):
@@ -95,32 +96,36 @@ def _strongest(links: Floats, i: int, u: float) -> int:
 
 
 class DenseTable:
-    """All links, 0 or not."""
+    """All links, 0 or not.
+
+    Attributes:
+        links: they, shape (n_pre, n_post).
+    """
 
     def __init__(self, n_pre: int, n_post: int) -> None:
-        self._links = np.zeros((n_pre, n_post))
+        self.links = np.zeros((n_pre, n_post))
 
     def update(self, rule: Rule, i: int, j: int, activation: float, target: float) -> None:
         """Let the rule change row i."""
-        rule.update(self._links[i], j, activation, target)
+        rule.update(self.links[i], j, activation, target)
 
     def strongest(self, i: int, u: float) -> int:
         """Of the nodes with the greatest link from i, in their order, the one at the share u."""
-        return _strongest(self._links, i, u)
+        return strongest_link(self.links, i, u)
 
     def row(self, i: int) -> Floats:
         """Row i, the table's own."""
-        row: Floats = self._links[i]
+        row: Floats = self.links[i]
         return row
 
     def used(self) -> tuple[Integers, Integers, Floats]:
         """The links that are not 0."""
-        pre, post = np.nonzero(self._links)
-        return pre.astype(np.int32), post.astype(np.int32), self._links[pre, post]
+        pre, post = np.nonzero(self.links)
+        return pre.astype(np.int32), post.astype(np.int32), self.links[pre, post]
 
     def fill(self, pre: NDArray[Any], post: NDArray[Any], weight: Floats) -> None:
         """Set links of an empty table."""
-        self._links[pre, post] = weight
+        self.links[pre, post] = weight
 
 
 NO_LINKS = np.empty(0, np.int32), np.empty(0)

@@ -21,7 +21,7 @@ from somatopy.maps.lattice_kernels import (
     pull_row,
     rows_in_reach,
 )
-from somatopy.maps.sheet import LatticeMap
+from somatopy.maps.sheet import LatticeMap, Sheet
 from somatopy.maps.start import NEGLIGIBLE, check_number, remembered, start_codes
 
 __all__ = ["DSOM"]
@@ -32,6 +32,7 @@ Integers = NDArray[np.int64]
 
 DEFAULTS = {"rougier": (0.1, 0.1), "schillaci2016": (0.2, 1.5), "printed": (0.1, 0.1)}  # learning rate, elasticity
 ROUGIER, SCHILLACI, PRINTED = range(3)  # their places
+DOUBLE = np.dtype(np.float64)
 
 
 class DSOM(LatticeMap):
@@ -130,17 +131,23 @@ class DSOM(LatticeMap):
         return lattice.geometry(normalised=self._fixed["preset"] != "schillaci2016")
 
     def _run(self, samples: Array, find: bool) -> tuple[int, int, float]:
-        sheet = self._sheet
-        return learn_dsom(
-            sheet.codes,
-            self._geometry,
-            self._allows_missing(),
-            self._memory,
-            sheet.work,
-            samples,
-            dsom_rule(self._fixed["preset"], self.learning_rate, self.elasticity),
-            find,
-        )
+        codes, geometry, missing, memory, work, rule = self._for_kernel()
+        return learn_dsom(codes, geometry, missing, memory, work, samples, rule, find)
+
+    def _for_kernel(self) -> tuple[Any, ...]:
+        """What `learn_dsom` takes: codes, geometry, missing, memory, work and rule."""
+        sheet, rule = self._sheet, dsom_rule(self._fixed["preset"], self.learning_rate, self.elasticity)
+        return sheet.codes, self._geometry, self._allows_missing(), self._memory, sheet.work, rule
+
+    def for_kernel(self) -> tuple[Any, ...] | None:
+        """The same, for a kernel that lets several maps learn; None if this map learns otherwise or singly precise."""
+        own = self.__dict__
+        return self._for_kernel() if own.get("_input_dtype") is DOUBLE and "learn_and_find" not in own else None
+
+    @property
+    def sheet(self) -> Sheet:
+        """The codes as kernels take them, the map's own."""
+        return self._sheet
 
 
 class DSOMRule(NamedTuple):
