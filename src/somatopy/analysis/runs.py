@@ -21,10 +21,12 @@ if TYPE_CHECKING:
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-__all__ = ["FORMAT", "Run", "RunFolderError", "load_run", "writing"]
+__all__ = ["BAND", "FORMAT", "Run", "RunFolderError", "load_run", "writing"]
 
 #: The format of run folders that the analysis reads, as experiment.toml names it.
 FORMAT = 2
+#: The study folder in a run folder that holds more seeds of the same experiment.
+BAND = "band"
 
 
 class RunFolderError(ValueError):
@@ -211,6 +213,12 @@ class Run:
     def snapshots(self) -> tuple[Path, ...]:
         """The maps and links at window ends, in order; see `somatopy.analysis.snapshots`."""
         return tuple(sorted((self.path / "maps").glob("window-*.npz")))
+
+    @property
+    def band(self) -> Path | None:
+        """The study folder with more seeds of the same experiment, or None where there is none (yet)."""
+        folder = self.path / BAND
+        return folder if (folder / "cells.parquet").exists() else None
 
     @property
     def controls(self) -> dict[str, Run]:

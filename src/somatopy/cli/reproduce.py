@@ -4,26 +4,32 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
 from somatopy.analysis import load_run
 from somatopy.analysis.series import distance_units
 from somatopy.analysis.standings import render_standings, standings
 from somatopy.analysis.table import comparison, render
 from somatopy.api import begin, finish, play, reopen
-from somatopy.cli.options import parse
+from somatopy.cli.band import Band
+from somatopy.cli.mirror import mark
+from somatopy.cli.options import Flags, parse
 from somatopy.cli.report import illustrate
 from somatopy.cli.run import note, result
 from somatopy.experiment import Description, load_description, paper
 from somatopy.experiment.presets import CONTROLS
 from somatopy.experiment.run_folder import CHECKPOINT, DESCRIPTION
+from somatopy.studies.plan import seeds_of
 
 __all__ = ["CONTROLS_FOLDER", "complete", "main"]
 
 TEXT = """Reproduce the paper: experiment, ceiling and controls, table, figures, report.
 
-In full it is 304 minutes of robot time; this is a quick look:
+In full it is 304 minutes of robot time. Beside the run, which has rendered pictures, go runs of more seeds with the
+geometric eye: a band that shows how much of it is chance. This is a quick look:
 
 example: somatopy reproduce --minutes 20 --damage-minutes 10
 """
@@ -32,16 +38,24 @@ CONTROLS_FOLDER = "controls"
 BESIDE = ("random", "fixed", "frozen")
 
 
+@dataclass(frozen=True)
+class ReproduceFlags(Flags):
+    """The common flags, and how many seeds there are."""
+
+    seeds: Annotated[int, mark("N", "Seeds of the band, from --seed up; 1 leaves the band out.", None)] = 8
+
+
 def main(args: Sequence[str]) -> int:
     """Run `somatopy reproduce [OPTIONS]`."""
-    options = parse(args, paper(), "somatopy reproduce", TEXT)
+    options = parse(args, paper(), "somatopy reproduce", TEXT, ReproduceFlags)
+    seeds = len(seeds_of(options.flags.seeds, options.description.seed))
     with begin(options.description, options.out) as (session, opened):
         folder = opened.path
-        with _marked(folder):
+        with _marked(folder), Band.planned(folder, session.description, seeds) as band:
             session.share_arm(compute=True)  # the controls have the same
             play(session, opened)
-        finish(session, folder)
-    complete(folder, options.json)
+            finish(session, folder)
+            complete(folder, options.json, band=band)
     return 0
 
 
@@ -53,15 +67,18 @@ def _marked(folder: Path) -> Iterator[None]:
         yield
     except BaseException:
         if not (folder / DESCRIPTION).exists():
+            Band(folder).discard()
             (folder / CONTROLS_FOLDER).rmdir()
             folder.rmdir()
         raise
 
 
-def complete(folder: Path, as_json: bool, anyway: bool = False) -> None:
-    """What follows the main run, from wherever it was interrupted: controls, figures, report, tables."""
+def complete(folder: Path, as_json: bool, anyway: bool = False, band: Band | None = None) -> None:
+    """What follows the main run, from wherever it was interrupted: controls, band, figures, report, tables."""
     description = load_description(folder / "experiment.toml")
-    run_controls(description, folder, anyway)
+    with nullcontext(band) if band else Band(folder) as going_on:
+        run_controls(description, folder, anyway)
+        going_on.wait()
     report = illustrate(folder)
     run = load_run(folder)
     if as_json:

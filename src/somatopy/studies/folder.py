@@ -20,7 +20,7 @@ from somatopy.experiment.description import DescriptionError
 from somatopy.files import write_whole
 from somatopy.studies.plan import Cell, Study
 
-__all__ = ["StudyFolder"]
+__all__ = ["StudyFolder", "plain"]
 
 _JOURNAL, _SCRATCH = "journal.jsonl", "work"
 #: Rows of cells that are none of the study's any more, such as those of older code.
@@ -112,7 +112,7 @@ class StudyFolder:
                 condition.name: {
                     "seeds": list(condition.seeds),
                     "factors": {key: _column(value) for key, value in condition.factors.items()},
-                    "experiment": _without_none(condition.experiment.model_dump(mode="json", exclude={"seed"})),
+                    "experiment": plain(condition.experiment.model_dump(mode="json", exclude={"seed"})),
                 }
                 for condition in study.conditions
             },
@@ -170,7 +170,8 @@ def _column(value: Any) -> str | float | int | bool | None:
     return value if isinstance(value, str | float | int | bool) else json.dumps(value, default=str)
 
 
-def _without_none(value: Any) -> Any:
+def plain(value: Any) -> Any:
+    """A table as TOML has it, which has no null: an absent key means the default."""
     if isinstance(value, dict):
-        return {key: _without_none(entry) for key, entry in value.items() if entry is not None}
-    return [_without_none(entry) for entry in value] if isinstance(value, list) else value
+        return {key: plain(entry) for key, entry in value.items() if entry is not None}
+    return [plain(entry) for entry in value] if isinstance(value, list) else value
