@@ -38,6 +38,7 @@ class Kinematic:
 
     def __init__(self, built: Build, data: mujoco.MjData, layout: Layout) -> None:
         self._model, self._data, self._places = built.model, data, layout.places
+        self._positions = data.qpos
 
     def begin(self, setpoint: Floats) -> None:
         """Start with the set-points, shape (n,), rad."""
@@ -55,7 +56,7 @@ class Kinematic:
 
     def move(self, before: Floats, after: Floats, target: Floats, frame: int) -> None:
         """Let a frame pass, in which set-points go from `before` to `after`, towards `target`, each (n,), rad."""
-        self._data.qpos[self._places] = after
+        self._positions[self._places] = after
 
     def state(self, frame: int) -> Floats:
         """All that a bit-exact continuation from a frame on needs."""

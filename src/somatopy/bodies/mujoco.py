@@ -100,6 +100,7 @@ class MujocoBody:
     def _take(self, built: Build) -> None:
         """Be the robot of this model, at its start."""
         self._built, self.model, self.data = built, built.model, mujoco.MjData(built.model)
+        self._positions = self.data.qpos  # the same array each time; to ask for it takes longer than to read it
         self._layout = Layout.of(self.model, self.anatomy)
         self.arm, self.head = self._layout.arm, self._layout.head
         groups = zip((self.arm, self.head), self._speeds, strict=True)
@@ -146,7 +147,7 @@ class MujocoBody:
             Diverged: the physics became unstable. The body stands as it stood before.
         """
         targets = _vector("arm", arm, self.arm), _vector("head", head, self.head)
-        sensed, before, aimed = self.data.qpos[self._layout.places], self._setpoint.copy(), self._target.copy()
+        sensed, before, aimed = self._positions[self._layout.places], self._setpoint.copy(), self._target.copy()
         if not aim(targets[0], targets[1], self._target, self._setpoint, sensed, self._stride, *self._limits):
             raise _not_finite(*targets)
         try:
@@ -331,7 +332,7 @@ class MujocoBody:
     def _sense(self, dt: float) -> Reading:
         """Bring poses up to the posture, as a step ends before they are, and read them."""
         view, split = self._sensing.view(), len(self.arm)
-        posture, target = self.data.qpos[self._layout.places], self._target.copy()
+        posture, target = self._positions[self._layout.places], self._target.copy()
         return Reading(
             time=self._frame * FRAME,
             arm=posture[:split],
@@ -362,7 +363,7 @@ class MujocoBody:
 
 def _vector(part: str, target: ArrayLike, group: JointGroup) -> Floats:
     values = np.asarray(target, float)
-    if values.shape != (len(group),):
+    if values.shape != group.lower.shape:
         raise ValueError(f"The {part} target has shape {values.shape}; {len(group)} joints: {list(group.names)}.")
     return values
 

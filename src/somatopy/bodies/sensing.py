@@ -39,6 +39,10 @@ class Sensing:
         places = [function(step.__name__) for step in refreshing] if built.calls_directly else [0]
         self._functions = np.array(places if all(places) else [], np.int64)
         self._count = len(occluders.geoms)
+        self._solids = tuple(
+            np.array([model.geom(name).id for name in names], np.int64)
+            for names in (built.arm_solids, built.head_solids)
+        )
         self._seen: Any = (
             int(model._address),
             int(data._address),
@@ -51,11 +55,10 @@ class Sensing:
             occluders.geoms,
             occluders.offsets,
             np.flatnonzero(occluders.offsets.any(axis=1)),
+            model.geom_rbound,
+            *self._solids,
         )
-        self._solids = tuple(
-            np.array([model.geom(name).id for name in names], np.int64)
-            for names in (built.arm_solids, built.head_solids)
-        )
+        self._near = False
         self._side = np.zeros(model.ngeom, np.int64)
         self._side[self._solids[0]], self._side[self._solids[1]] = 1, 2
 
@@ -65,12 +68,12 @@ class Sensing:
             for refresh in self._refreshing:
                 refresh(self._built.model, self._data)
         poses = np.empty((self._count + 2, 12))
-        _gather(poses, self._functions, *self._seen)
+        self._near = _gather(poses, self._functions, *self._seen)
         return View(poses[0], poses[1], poses[2:])
 
     def overlap(self) -> bool:
-        """Whether arm and head interpenetrate, once the poses are those of the joints' positions."""
-        if not _near(self._data.geom_xpos, self._built.model.geom_rbound, *self._solids):
+        """Whether arm and head interpenetrate, as `view` has brought up the poses."""
+        if not self._near:
             return False
         mujoco.mj_collision(self._built.model, self._data)
         return self._data.ncon > 0 and bool((self._side[self._data.contact.geom].sum(axis=1) == 3).any())
@@ -91,8 +94,15 @@ def _gather(
     geoms: Ints,
     offsets: Floats,
     shifted: Ints,
-) -> None:
-    """Call the functions, then write the poses of camera, marker and occluders, shape (2 + n, 12)."""
+    reach: Floats,
+    arm: Ints,
+    head: Ints,
+) -> bool:
+    """Call the functions, then write the poses of camera, marker and occluders, shape (2 + n, 12).
+
+    Returns:
+        Whether arm and head may interpenetrate; see `_near`.
+    """
     for refresh in functions:
         call(refresh, model, data)
     poses[0, :3], poses[0, 3:] = camera, camera_turn
@@ -107,6 +117,7 @@ def _gather(
         pose, offset = poses[row + 2], offsets[row]
         for k in range(3):
             pose[k] += pose[3 + 3 * k] * offset[0] + pose[4 + 3 * k] * offset[1] + pose[5 + 3 * k] * offset[2]
+    return _near(places, reach, arm, head)
 
 
 @jit

@@ -148,20 +148,20 @@ class Session:
             "damage": sensed - babbled,
             "learn": learned - sensed,
         }
-        first, last = self._starts[index], self._starts[index + 1] - 1
-        frame = Frame(
-            number=self.done,
-            phase=index,
-            begins=self.done == first,
-            ends=self.done == last,
-            reading=reading,
-            sighting=sighting,
-            percept=percept,
-            target=target,
-            gaze=gaze,
-            clipped=self._reading.head_command,
-            probes=probes,
-            seconds=seconds,
+        first, last, clipped = self._starts[index], self._starts[index + 1] - 1, self._reading.head_command
+        frame = Frame(  # in their order, which spares half of the time that names take
+            self.done,
+            index,
+            self.done == first,
+            self.done == last,
+            reading,
+            sighting,
+            percept,
+            target,
+            gaze,
+            clipped,
+            probes,
+            seconds,
         )
         self._count(frame)
         return frame

@@ -120,7 +120,7 @@ class DenseTable:
 
     def used(self) -> tuple[Integers, Integers, Floats]:
         """The links that are not 0."""
-        pre, post = np.nonzero(self.links)
+        pre, post = np.nonzero(self.links != 0.0)  # of truths, which takes a third of the time
         return pre.astype(np.int32), post.astype(np.int32), self.links[pre, post]
 
     def fill(self, pre: NDArray[Any], post: NDArray[Any], weight: Floats) -> None:
