@@ -222,7 +222,7 @@ def test_track_is_made_once_and_kept(crane: Any, cache: Path) -> None:
     assert len(asked) == 1 and len(list(cache.iterdir())) == 1
 
 
-@pytest.mark.parametrize("what", ["key", "frames", "arm speed", "gear", "injury"])
+@pytest.mark.parametrize("what", ["key", "arm speed", "gear", "injury"])
 def test_another_movement_has_another_track(robot: Robot, crane: Any, cache: Path, what: str) -> None:
     """Whatever the movement depends on is in its name."""
     body = crane()
@@ -233,9 +233,34 @@ def test_another_movement_has_another_track(robot: Robot, crane: Any, cache: Pat
         body = MujocoBody(robot(anatomy=("velocity = [2.0, 3.0]", "velocity = [2.0, 0.6]")), arm_speed=0.5)
     if what == "injury":
         injury(body, np.zeros((0, 2)), 0)
-    frames = 31 if what == "frames" else 30
-    kept_track(body, b"seed 1" if what == "key" else b"seed 0", frames, lambda: commands(body, frames))
+    kept_track(body, b"seed 1" if what == "key" else b"seed 0", 30, lambda: commands(body, 30))
     assert len(list(cache.iterdir())) == 2
+
+
+def test_longer_movement_serves_a_shorter_run(crane: Any, cache: Path) -> None:
+    """Nobody is asked for targets, the run has the bytes that it has alone, and its states go on without the track."""
+    arms = commands(crane(), FRAMES)
+    assert kept_track(crane(), b"", FRAMES, lambda: arms) is not None
+    plain, led = crane(), crane()
+    assert led.share_arm(b"", 950, None)
+    assert play(led, arms, 0, 950) == play(plain, arms, 0, 950)
+    assert led.tracked and same_state(led, plain)
+    fresh = crane()
+    fresh.restore(led.state())
+    assert play(fresh, arms, 950, 960) == play(plain, arms, 950, 960)
+
+
+def test_shorter_movement_gives_way_to_a_longer_one(crane: Any, cache: Path) -> None:
+    """It serves no longer run; where the longer one is computed, that is what is kept, in the same place."""
+    arms = commands(crane(), 100)
+    kept_track(crane(), b"", 50, lambda: arms[:50])
+    assert kept_track(crane(), b"", 100, None) is None
+    assert not crane().share_arm(b"", 51, None)
+    longer = kept_track(crane(), b"", 100, lambda: arms)
+    assert longer is not None and len(longer) == 100
+    again = kept_track(crane(), b"", 50, None)
+    assert again is not None and again.places.tobytes() == longer.places.tobytes()
+    assert len(list(cache.iterdir())) == 1
 
 
 def test_run_without_frames_has_no_track(crane: Any, cache: Path) -> None:

@@ -673,12 +673,14 @@ def test_a_shared_arm_changes_no_bit(short: Short, own_cache: Path) -> None:
 
 
 def test_a_shared_arm_is_one_that_fits(short: Short, own_cache: Path) -> None:
-    """Nothing is computed unless asked for; another seed, range, speed or length has another movement."""
+    """Nothing is computed unless asked for; another seed, range or speed has another movement, and less needs less."""
     phases = [{"name": "a", "frames": 60}]
     dynamic = {"motion": "dynamic"}
     with Session(short(body=dynamic, phases=phases)) as session:
         assert not session.share_arm()
         assert session.share_arm(compute=True) and session.share_arm()
+    with Session(short(body=dynamic, phases=[{"name": "a", "frames": 20}, {"name": "b", "frames": 30}])) as session:
+        assert session.share_arm()
     for change in (
         {"seed": 4},
         {"babbling": {"speed": 0.5}},

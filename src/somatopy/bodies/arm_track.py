@@ -180,36 +180,46 @@ class Player:
 def kept_track(body: MujocoBody, key: bytes, frames: int, commands: Callable[[], ArrayLike] | None) -> ArmTrack | None:
     """The movement of a body's arm; kept in the user's cache folder and looked up there.
 
+    Of each movement the longest that was asked for is kept, and serves all that are shorter.
+
     Args:
         body: the robot.
-        key: all that the targets depend on, such as the babbler's settings and seed.
-        frames: how many frames it has, from 0 up.
-        commands: gives the arm's target in each frame, shape (frames, n_arm), rad; asked only if nothing is kept.
-            None if nothing is to be computed.
+        key: all that the targets depend on, such as the babbler's settings and seed, but for their number.
+        frames: how many frames it has at least, from 0 up.
+        commands: gives the arm's target in each frame, shape (frames, n_arm), rad; asked only if no movement of that
+            length is kept. None if nothing is to be computed.
 
     Returns:
-        The movement, or None where nothing is kept, or a track has no use: there are no frames, or the arm does not
-        move by physics and alone.
+        The movement, perhaps a longer one, or None where none of that length is kept, or a track has no use: there are
+        no frames, or the arm does not move by physics and alone.
 
     Raises:
         Diverged: the physics became unstable.
     """
     if frames == 0 or body.motion != "dynamic" or not body.arm_moves_alone:
         return None
-    said = repr((frames, EVERY, mujoco.mj_versionString(), len(key))).encode()
+    said = repr((EVERY, mujoco.mj_versionString(), len(key))).encode()
     name = hashlib.sha256(said + key + body.arm_fingerprint() + _sources()).hexdigest()
     folder = cache_folder("arm")
-    if folder is not None:
-        with suppress(OSError, ValueError):
-            return ArmTrack.load(folder / f"{name}.npz")
+    path = folder / f"{name}.npz" if folder else None
+    kept = _loaded(path)
+    if kept is not None and len(kept) >= frames:
+        return kept
     if commands is None:
         return None
     track = ArmTrack.of(body, commands())
-    if folder is not None:
+    if path is not None:
         with suppress(OSError):
-            folder.mkdir(parents=True, exist_ok=True)
-            track.save(folder / f"{name}.npz")
+            path.parent.mkdir(parents=True, exist_ok=True)
+            track.save(path)
     return track
+
+
+def _loaded(path: Path | None) -> ArmTrack | None:
+    """The track in a file; None if there is none, or nothing readable."""
+    with suppress(OSError, ValueError):
+        return ArmTrack.load(path) if path else None
+    return None
 
 
 @cache

@@ -112,7 +112,7 @@ class SharesArm(Protocol):
 
         Args:
             key: all that the arm's targets depend on.
-            frames: how many frames the movement has, from time 0 on.
+            frames: how many frames the movement has at least, from time 0 on; a longer one that is kept serves.
             commands: gives the arm's target in each of them, shape (frames, n_arm), rad, so that a movement that is not
                 kept yet is computed and kept; None if only one that is kept is to be used.
 
