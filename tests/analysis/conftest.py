@@ -11,7 +11,9 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
+import tomli_w
 
+from somatopy.analysis.cells import StudyResult, load_study, to_table
 from somatopy.analysis.runs import Run, load_run
 
 MakeRun = Callable[..., Run]
@@ -283,3 +285,64 @@ def rich_copy(tmp_path: Path) -> Run:
     """Another, to be written to."""
     write_rich_run(tmp_path / "copy", windows=(3, 3), seed=1)
     return load_run(tmp_path / "copy")
+
+
+Values = Sequence[Any]
+
+
+def cell_rows(condition: str, seed: int, rates: Values, damages: Sequence[str], **more: Sequence[Any]) -> list[Any]:
+    """The rows of a cell, one a rate: phases of two windows, under a ceiling of .8; `more`: other columns, by phase."""
+    return [
+        {
+            "key": f"{condition}/{seed}",
+            "condition": condition,
+            "seed": seed,
+            "phase": phase,
+            "phase_name": f"phase {phase}",
+            "damage": damage,
+            "learner": "hebbian",
+            "eye": "geometric",
+            "motion": "kinematic",
+            "frames": 9000,
+            "rate": rate,
+            "ceiling": 0.8,
+            "efficiency": None if rate is None else rate / 0.8,
+            "hits_per_window": [] if rate is None else [round(4500 * rate), round(4500 * rate) + 9],
+            "slopes": [9.0],
+            "arm_distortion_end": 0.1,
+            "head_distortion_end": 0.01,
+            **{name: values[phase] for name, values in more.items()},
+        }
+        for phase, (rate, damage) in enumerate(zip(rates, damages, strict=True))
+    ]
+
+
+def write_study(folder: Path, rows: Sequence[Any], order: Sequence[str], failures: Sequence[Any] = ()) -> StudyResult:
+    """A study folder of these rows; every condition has the seeds that occur anywhere."""
+    folder.mkdir(parents=True, exist_ok=True)
+    failed = [failure["seed"] for failure in failures]
+    seeds = sorted({*(row["seed"] for row in rows), *failed})
+    entry = {"seeds": seeds, "experiment": {"name": "paper", "learner": {"kind": "hebbian"}}}
+    conditions = {name: entry | {"factors": {"arm": name}} for name in order}
+    (folder / "study.toml").write_text(tomli_w.dumps({"name": "arms", "order": [*order], "conditions": conditions}))
+    (folder / "failures.json").write_text(json.dumps([*failures]))
+    pq.write_table(to_table(rows), folder / "cells.parquet")
+    return load_study(folder)
+
+
+@pytest.fixture
+def make_study(tmp_path: Path) -> Callable[..., StudyResult]:
+    """Build a study folder: `make({condition: {seed: rates of its phases}}, damages=, failures=, columns by phase)`."""
+
+    def make(
+        rates: dict[str, dict[int, Values]],
+        damages: Sequence[str] = ("none",),
+        failures: Sequence[Any] = (),
+        order: Sequence[str] | None = None,
+        **more: Sequence[Any],
+    ) -> StudyResult:
+        cells = [(name, seed, found) for name, seeds in rates.items() for seed, found in seeds.items()]
+        rows = [row for name, seed, found in cells for row in cell_rows(name, seed, found, damages, **more)]
+        return write_study(tmp_path / "study", rows, [*rates] if order is None else order, failures)
+
+    return make
