@@ -56,7 +56,7 @@ def test_several_runs_are_compared(runs: list[Path], tmp_path: Path, capsys: pyt
         ([], ["at least one run folder", "somatopy report"]),
         (["nowhere"], ["nowhere is not a folder"]),
         (["."], ["is not a run folder", "experiment.toml"]),
-        ([".", "--seed", "1"], ["Unknown option --seed", "--out, --json, --debug"]),
+        ([".", "--seed", "1"], ["Unknown option --seed", "--out, --against, --json, --debug"]),
         ([".", "--out"], ["--out needs a file"]),
     ],
 )

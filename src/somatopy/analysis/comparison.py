@@ -56,8 +56,8 @@ MEASURES = (
     Measure("efficiency", "of what was possible", "%", 100.0, ".1f"),
     Measure("ceiling", "ceiling", "%", 100.0, ".1f"),
     Measure("slopes", "slope", "hits per window, per window", 1.0, "+.2f"),
-    Measure("arm_distortion_end", "arm distortion at the end", "", 1.0, ".4f"),
-    Measure("head_distortion_end", "head distortion at the end", "", 1.0, ".4f"),
+    Measure("arm_distortion_end", "arm distortion", "at the end", 1.0, ".4f"),
+    Measure("head_distortion_end", "head distortion", "at the end", 1.0, ".4f"),
 )
 
 

@@ -19,7 +19,9 @@ __all__ = [
     "csv_table",
     "latex_table",
     "mean_text",
+    "number",
     "p_text",
+    "reached",
     "text_table",
 ]
 
@@ -84,6 +86,12 @@ def both_text(measure: Measure, interval: Interval | None, sign: bool = False) -
     if interval is None:
         return NONE
     return f"{mean_text(measure, interval, sign)} {bounds_text(measure, interval, sign)}".rstrip()
+
+
+def reached(rows: Sequence[Compared]) -> Sequence[Compared]:
+    """The segments of a phase that some seed was long enough for; the first one in any case."""
+    last = max((k for k, row in enumerate(rows) if row.interval.n), default=0)
+    return rows[: last + 1]
 
 
 # -- text --------------------------------------------------------------------------------------------------------------
@@ -213,8 +221,8 @@ def latex_table(comparison: Comparison) -> str:
         for name, phase, state in comparison.phases()
     ]
     lines = [
-        "% Needs the package booktabs. Means over seeds [95 % intervals]; differences in seen are paired by seed, their p",
-        "% adjusted for their number (Holm). They are to: " + " ".join(comparison.against.split()),
+        "% Needs the package booktabs. Means over seeds [95 % intervals]. Differences in seen are paired by seed,",
+        "% and their p adjusted for their number (Holm). They are to: " + " ".join(comparison.against.split()),
         rf"\begin{{tabular}}{{ll{'r' * (len(heads) - 2)}}}",
         r"\toprule",
         " & ".join(heads) + r" \\",
@@ -230,7 +238,7 @@ def _latex_cells(comparison: Comparison, condition: str, phase: int, columns: Se
     (rate,) = comparison.of(condition, phase, "rate")
     yield str(rate.interval.n)
     for column in columns:
-        found = [both_text(row.measure, row.interval) for row in comparison.of(condition, phase, column)]
+        found = [both_text(row.measure, row.interval) for row in reached(comparison.of(condition, phase, column))]
         yield _escaped("; ".join(found) or NONE)
     between, p = _difference_texts(rate, comparison.against)
     yield _escaped(between)

@@ -15,7 +15,7 @@ VERBS = {
     "reproduce": "the paper from end to end: run, ceiling, controls, table, figures, report",
     "run": "run a preset or a description file",
     "resume": "continue a run after Ctrl-C or a kill, bit for bit",
-    "report": "draw a run's figures and write its page, or one page that compares several runs",
+    "report": "write the page of a run, with its figures, of several runs, or of a study",
     "evaluate": "ask what a run has learned, on postures it never met",
     "compare": "compare learners and damages under many seeds, in all cores",
     "study": "run many experiments that a study file describes, here or on a Ray cluster",

@@ -1,19 +1,23 @@
-"""somatopy report: a page of one run, or of several side by side."""
+"""somatopy report: a page of one run, of several side by side, or of a study."""
 
 from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from somatopy.analysis import load_run
+from somatopy.analysis.cells import STUDY, load_study
 from somatopy.analysis.claims import judge
+from somatopy.analysis.comparison import compare
+from somatopy.analysis.comparison_table import csv_rows
 from somatopy.analysis.described import kind_of
 from somatopy.analysis.figures import Shot, filmstrip_frames, save_figures
-from somatopy.analysis.report import write_report
+from somatopy.analysis.report import write_report, write_study
 from somatopy.analysis.runs import Run, RunFolderError
 from somatopy.analysis.series import distance_units
 from somatopy.analysis.summary import summarise, write_summary
@@ -21,35 +25,72 @@ from somatopy.analysis.summary import summarise, write_summary
 __all__ = ["illustrate", "main", "shots"]
 
 TEXT = """usage: somatopy report RUN... [--out FILE] [--json] [--debug]
+       somatopy report STUDY [--against NAME] [--out FILE] [--json] [--debug]
 
 Of one run: draw its figures, and write RUN/report.html, which opens in any browser, offline.
-Of several: write one page that compares them, into the first run's folder as comparison.html.
+Of several: write one page that compares them, into the first run's folder as comparison.html. Runs that differ in
+nothing but their seed are also taken together.
+Of a study: write STUDY/report.html, means over seeds and paired differences, and beside it table.csv and table.tex.
 
-  --out FILE   the page to write instead
-  --json       print one object: the page, its size, and every claim's verdict, run by run
-  --debug      show tracebacks
+  --against NAME  the condition of a study that all others are compared with; the first one if not given
+  --out FILE      the page to write instead
+  --json          print one object: the page, its size, and every claim's verdict, run by run; of a study, all rows
+  --debug         show tracebacks
 
 example: somatopy report runs/first
 example: somatopy report runs/first runs/second --out comparison.html
+example: somatopy report my_study --against frozen
 """
+#: Options that have a value, and what it is.
+NEEDED = {
+    "--out": "a file to write, such as --out comparison.html",
+    "--against": "a condition of the study, such as --against frozen",
+}
+#: What --json says beside the page, computed when it is asked for.
+Told = Callable[[], dict[str, Any]]
 
 
 def main(args: Sequence[str]) -> int:
-    """Run `somatopy report RUN... [--out FILE]`."""
+    """Run `somatopy report RUN... [--out FILE]` or `somatopy report STUDY [--against NAME]`."""
     if any(a in ("-h", "--help") for a in args):
         print(TEXT, end="")
         return 0
-    folders, out, as_json = _parse(args)
-    if len(folders) == 1:
-        page = illustrate(folders[0], out)
-    else:
-        page = write_report(folders, out or folders[0] / "comparison.html")
-    if as_json:
-        runs = [{"folder": str(folder), "claims": _verdicts(load_run(folder))} for folder in folders]
-        print(json.dumps({"report": str(page), "bytes": page.stat().st_size, "runs": runs}))
+    folders, values = _parse(args)
+    out, against = (values.get(option) for option in ("--out", "--against"))
+    report = _of_study if _is_study(folders, against) else _of_runs
+    page, told = report(folders, Path(out) if out else None, against)
+    if "--json" in args:
+        print(json.dumps({"report": str(page), "bytes": page.stat().st_size, **told()}))
     else:
         print(page)
     return 0
+
+
+def _is_study(folders: Sequence[Path], against: str | None) -> bool:
+    studies = [folder for folder in folders if (folder / STUDY).is_file()]
+    if studies and len(folders) > 1:
+        raise RunFolderError(f"{studies[0]} is a study, which has a report of its own: somatopy report {studies[0]}.")
+    if against is not None and not studies:
+        raise RunFolderError(f"--against chooses a condition of a study, and {folders[0]} is none: leave it out.")
+    return bool(studies)
+
+
+def _of_study(folders: Sequence[Path], out: Path | None, against: str | None) -> tuple[Path, Told]:
+    result = load_study(folders[0])
+    page = write_study(result, out, against)
+    return page, lambda: {
+        "study": str(folders[0]),
+        "rows": csv_rows(compare(result, against)),
+        "failures": result.failures,
+    }
+
+
+def _of_runs(folders: Sequence[Path], out: Path | None, _: str | None) -> tuple[Path, Told]:
+    alone = len(folders) == 1
+    page = illustrate(folders[0], out) if alone else write_report(folders, out or folders[0] / "comparison.html")
+    return page, lambda: {
+        "runs": [{"folder": str(folder), "claims": _verdicts(load_run(folder))} for folder in folders]
+    }
 
 
 def illustrate(folder: Path, out: Path | None = None) -> Path:
@@ -86,24 +127,25 @@ def shots(run: Run) -> list[Shot]:
     return [Shot(f, photo.image, photo.pixel, c) for f, photo, c in zip(frames, taken, corners, strict=True)]
 
 
-def _parse(args: Sequence[str]) -> tuple[list[Path], Path | None, bool]:
+def _parse(args: Sequence[str]) -> tuple[list[Path], dict[str, str]]:
+    """The folders, and the options that have a value."""
     words = list(args)
-    out: Path | None = None
+    values: dict[str, str] = {}
     folders = []
     while words:
         word = words.pop(0)
-        if word == "--out" or word.startswith("--out="):
-            value = word.partition("=")[2] or (words.pop(0) if words else "")
-            if not value:
-                raise RunFolderError("--out needs a file to write, such as --out comparison.html.")
-            out = Path(value)
+        option, _, value = word.partition("=")
+        if option in NEEDED:
+            values[option] = value or (words.pop(0) if words else "")
+            if not values[option]:
+                raise RunFolderError(f"{option} needs {NEEDED[option]}.")
         elif word.startswith("-") and word not in ("--json", "--debug"):
-            raise RunFolderError(f"Unknown option {word}. Valid ones: --out, --json, --debug.")
+            raise RunFolderError(f"Unknown option {word}. Valid ones: --out, --against, --json, --debug.")
         elif not word.startswith("-"):
             folders.append(Path(word))
     if not folders:
         raise RunFolderError("Name at least one run folder: somatopy report runs/first.")
-    return folders, out, "--json" in args
+    return folders, values
 
 
 def _verdicts(run: Run) -> dict[str, str]:

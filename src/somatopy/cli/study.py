@@ -11,6 +11,8 @@ from typing import Annotated, Any
 import tyro
 
 from somatopy.analysis.cells import CELLS, StudyResult
+from somatopy.analysis.comparison import MEASURES, compare
+from somatopy.analysis.comparison_table import text_table
 from somatopy.cli.mirror import mark
 from somatopy.cli.run import note
 from somatopy.studies.driver import perform
@@ -29,6 +31,8 @@ command with the same --out goes on where a study was stopped, and runs no finis
 
 example: somatopy study speeds.toml --out speeds
 """
+#: Measures that the table on standard output has.
+TOLD = [measure for measure in MEASURES if measure.column in ("rate", "efficiency")]
 _Switch = Annotated[bool, tyro.conf.FlagCreatePairsOff]
 
 
@@ -70,10 +74,10 @@ def carry_out(study: Study, flags: Any) -> int:
     if flags.json:
         print(json.dumps(table_of(result)))
     else:
-        print(result.path)
+        print(text_table(compare(result, measures=TOLD)))
     for failure in result.failures:
         note(f"failed: {failure['condition']}, seed {failure['seed']}: {failure['cause']}")
-    note(f"Table of all cells: {result.path / CELLS}")
+    note(f"Table of all cells: {result.path / CELLS}. A page of them: somatopy report {result.path}")
     return 1 if result.failures else 0
 
 

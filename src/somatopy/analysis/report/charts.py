@@ -25,7 +25,16 @@ from somatopy.percept import Floats
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
 
-__all__ = ["distortion_chart", "efficiency_chart", "gaze_chart", "hits_chart", "misses_chart"]
+__all__ = [
+    "TIME",
+    "distortion_chart",
+    "efficiency_chart",
+    "gaze_chart",
+    "hits_chart",
+    "look",
+    "misses_chart",
+    "plain_figure",
+]
 
 Summary = Mapping[str, Any]
 #: A run to be drawn: its name in legends, the folder, its summary.
@@ -41,7 +50,7 @@ def hits_chart(runs: Sequence[Drawn]) -> Figure:
     if len(runs) == 1:
         _add_paper(figure, runs[0][2])
     for index, (name, _, summary) in enumerate(runs):
-        color, dash = (HITS, "solid") if len(runs) == 1 else _look(index)
+        color, dash = (HITS, "solid") if len(runs) == 1 else look(index)
         counts = [phase["hits_per_window"] for phase in summary["phases"]]
         at, percent = line([[count / WINDOW for count in found] for found in counts], summary["phases"])
         label = "hits, this run" if len(runs) == 1 else name
@@ -62,7 +71,7 @@ def efficiency_chart(runs: Sequence[Drawn], standings: Mapping[str, Sequence[Sta
     if len(runs) == 1:
         _add_bounds(figure, runs[0][1], runs[0][2])
     for index, (name, _, summary) in enumerate(runs):
-        color, dash = (HITS, "solid") if len(runs) == 1 else _look(index)
+        color, dash = (HITS, "solid") if len(runs) == 1 else look(index)
         own = next(found for found in standings[name] if found.name == OWN)
         label = f"{OWN} ({own.eye} eye)" if len(runs) == 1 else name
         _add(figure, *_rates(summary), label, color, dash=dash, mode="lines+markers")
@@ -84,7 +93,7 @@ def distortion_chart(runs: Sequence[Drawn], side: str) -> Figure | None:
     unit = units[runs[0][0]] if alike else "in the unit named"
     figure = _figure(f"distortion of the {side} map{unit and f' ({unit})'}", runs, height=300)
     for index, (name, (at, means)) in enumerate(found.items()):
-        color, dash = (HITS if side == "arm" else TREND, "solid") if len(runs) == 1 else _look(index)
+        color, dash = (HITS if side == "arm" else TREND, "solid") if len(runs) == 1 else look(index)
         label = f"{side} map" if len(runs) == 1 else name if alike else f"{name}, {units[name] or '[0, 1]'}"
         _add(figure, at, means, label, color, dash=dash, decimals=4)
     if side == "head" and not unit:
@@ -103,7 +112,7 @@ def gaze_chart(runs: Sequence[Drawn]) -> Figure | None:
         return None
     figure = _figure("gaze error (degrees)", runs, height=320)
     for index, (name, (at, angles)) in enumerate(found.items()):
-        color, dash = (TREND, "solid") if len(runs) == 1 else _look(index)
+        color, dash = (TREND, "solid") if len(runs) == 1 else look(index)
         if len(runs) == 1:
             _add(figure, at, angles[:, 3], "95th percentile", PAPER, dash="dot", decimals=1)
             _add(figure, at, angles[:, 2], "upper quartile", "#9db0d8", decimals=1, width=0.8, showlegend=False)
@@ -136,16 +145,26 @@ def misses_chart(run: Run, summary: Summary) -> Figure | None:
 
 
 def _figure(title: str, runs: Sequence[Drawn], height: int = 400) -> Figure:
-    from plotly.graph_objects import Figure
-
-    figure = Figure()
-    _style(figure, height)
+    figure = plain_figure(height)
     end = max(phase_starts(summary["phases"])[-1] for _, _, summary in runs)
     figure.update_xaxes(title_text=TIME, range=[-0.015 * max(end, 1.0), 1.01 * max(end, 1.0)])
     figure.update_yaxes(title_text=title)
     for at, name in sorted({border for _, _, summary in runs for border in borders(summary["phases"])}):
         note = {"annotation_text": name, "annotation_font_color": BORDER, "annotation_position": "top right"}
         figure.add_vline(at, line_color=BORDER, line_width=1.6, **note)
+    return figure
+
+
+def plain_figure(height: int) -> Figure:
+    """An empty figure in the report's style.
+
+    Args:
+        height: px.
+    """
+    from plotly.graph_objects import Figure
+
+    figure = Figure()
+    _style(figure, height)
     return figure
 
 
@@ -234,7 +253,8 @@ def _rates(summary: Summary) -> tuple[Floats, Floats]:
     return line([[hits / WINDOW for hits in p["hits_per_window"]] for p in summary["phases"]], summary["phases"])
 
 
-def _look(index: int) -> tuple[str, str]:
+def look(index: int) -> tuple[str, str]:
+    """Colour and dashes of one of several lines."""
     color, dashes = RUNS[index % len(RUNS)]
     return color, _dash(dashes)
 

@@ -14,7 +14,9 @@ from typing import Any
 from somatopy.analysis import style
 from somatopy.analysis.bounds import why_no_ceiling
 from somatopy.analysis.claims import VERDICTS, judge
+from somatopy.analysis.comparison import compare
 from somatopy.analysis.described import PROVENANCE, leaves, written_by
+from somatopy.analysis.groups import Group, as_study, grouped
 from somatopy.analysis.phases import kind_name, phase_title, played
 from somatopy.analysis.report.charts import (
     distortion_chart,
@@ -24,6 +26,8 @@ from somatopy.analysis.report.charts import (
     misses_chart,
 )
 from somatopy.analysis.report.explorer import explorer
+from somatopy.analysis.report.rendering import embeddable, rendered
+from somatopy.analysis.report.study_tables import WORDS, differences, means, tables_to_copy
 from somatopy.analysis.report.words import (
     FIGURE_TITLES,
     OWN_MAPS,
@@ -99,23 +103,7 @@ def write_report(paths: Sequence[str | os.PathLike[str]], out: str | os.PathLike
 
 def render_report(sources: Sequence[Source]) -> str:
     """The page as text: everything in it, nothing to fetch."""
-    from jinja2 import Environment, PackageLoader, StrictUndefined
-    from plotly.offline import get_plotlyjs
-
-    environment = Environment(
-        loader=PackageLoader("somatopy.analysis", "report"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-    )
-    folder = Path(__file__).parent
-    text = environment.get_template("page.html").render(
-        **_content(sources),
-        css=(folder / "page.css").read_text(encoding="utf-8"),
-        script=(folder / "page.js").read_text(encoding="utf-8"),
-        plotly=get_plotlyjs(),
-    )
-    return text.replace("@@SIZE@@", f"{len(text.encode()) / 1e6:.1f} MB")
+    return rendered("page.html", _content(sources))
 
 
 def _names(paths: Sequence[str | os.PathLike[str]]) -> list[str]:
@@ -145,15 +133,16 @@ def _content(sources: Sequence[Source]) -> dict[str, Any]:
         "tallies": [tally([finding.verdict for _, finding in found]) for found in judged],
         "verdicts": VERDICTS,
         "claims": claims,
-        "plots": {name: _embeddable(json.loads(figure.to_json())) for name, figure in _charts(sources)},
+        "plots": {name: embeddable(json.loads(figure.to_json())) for name, figure in _charts(sources)},
         "captions": captions(sources[0].run, alone, [source.units for source in sources]),
         "facts": style.source(first.summary).replace(", ", " · "),
         "no_ceilings": [(s.name, why) for s in sources if (why := why_no_ceiling(s.run, s.summary))],
         "phases": [phase_title(first.summary, index) for index in played(first.summary["phases"])],
         "standings": [_standing_row(found, first.summary) for found in first.standings],
         "overview": [_overview(source) for source in sources],
-        "differences": _differences(sources),
-        "maps": maps and _embeddable(maps),
+        "settings": _differences(sources),
+        **_over_seeds(sources),
+        "maps": maps and embeddable(maps),
         "own_maps": OWN_MAPS if alone and first.run.snapshots and maps is None else "",
         "figures": list(_pictures(first.run)) if alone else [],
         "rows": comparison(first.summary, first.units) if alone else [],
@@ -172,14 +161,6 @@ def _charts(sources: Sequence[Source]) -> Iterator[tuple[str, Any]]:
         "misses": misses_chart(sources[0].run, sources[0].summary) if len(sources) == 1 else None,
     }
     return ((name, figure) for name, figure in charts.items() if figure is not None)
-
-
-def _embeddable(value: Any) -> Any:
-    """JSON that may stand inside a script element."""
-    from markupsafe import Markup
-
-    text = json.dumps(value, allow_nan=False, separators=(",", ":"))
-    return Markup(text.replace("&", "\\u0026").replace("<", "\\u003c").replace(">", "\\u003e"))
 
 
 def _overview(source: Source) -> dict[str, Any]:
@@ -202,6 +183,24 @@ def _differences(sources: Sequence[Source]) -> list[tuple[str, list[Any]]]:
     keys = sorted({key for found in described for key in found if key.partition(".")[0] not in PROVENANCE})
     values = [(key, [found.get(key, "—") for found in described]) for key in keys]
     return [(key, found) for key, found in values if any(value != found[0] for value in found)]
+
+
+def _over_seeds(sources: Sequence[Source]) -> dict[str, Any]:
+    """Runs that differ in nothing but their seed together."""
+    groups = grouped([(source.name, source.run) for source in sources]) if len(sources) > 1 else []
+    comparison = compare(as_study(groups))
+    return {
+        "words": WORDS,
+        "groups": [_group(group) for group in groups],
+        "means": means(comparison),
+        "differences": differences(comparison),
+        "tables": tables_to_copy(comparison),
+    }
+
+
+def _group(group: Group) -> dict[str, str]:
+    members = ", ".join(f"{name} (seed {seed})" for seed, (name, _) in group.runs.items())
+    return {"name": group.name, "members": members, "twice": ", ".join(group.twice)}
 
 
 def _pictures(run: Run) -> Iterator[dict[str, Any]]:
