@@ -346,3 +346,20 @@ def make_study(tmp_path: Path) -> Callable[..., StudyResult]:
         return write_study(tmp_path / "study", rows, [*rates] if order is None else order, failures)
 
     return make
+
+
+@pytest.fixture(scope="session")
+def studies(tmp_path_factory: pytest.TempPathFactory) -> dict[str, StudyResult]:
+    """A study of three conditions, and one of twenty with names that are long; five seeds, two phases."""
+    found = {}
+    for count in (3, 20):
+        names = [f"learner {k}" if k % 3 else f"hebbian, elasticity {k / 10} on a map of 20 × 20" for k in range(count)]
+        rng = np.random.default_rng(count)
+        rows = [
+            row
+            for k, name in enumerate(names)
+            for seed in range(5)
+            for row in cell_rows(name, seed, (0.2 + 0.02 * k + 0.05 * rng.random(2)).tolist(), ("none", "offset"))
+        ]
+        found["many" if count > 3 else "few"] = write_study(tmp_path_factory.mktemp("study"), rows, names)
+    return found

@@ -50,6 +50,54 @@ def test_several_runs_are_compared(runs: list[Path], tmp_path: Path, capsys: pyt
     assert all(set(run["claims"]) == {claim.key for claim in CLAIMS} for run in told["runs"])
 
 
+TINY = ["--learners", "random,fixed", "--damages", "none", "--seeds", "2", "--minutes", "1", "--damage-minutes", "0"]
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Two learners under two seeds, for a minute."""
+    folder = tmp_path_factory.mktemp("studies") / "tiny"
+    assert main(["compare", *TINY, "--motion", "kinematic", "--processes", "1", "--out", str(folder)]) == 0
+    return folder
+
+
+def test_a_comparison_ends_with_a_table(study: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Means and differences on standard output, whether cells ran or had ended before; the folder on the other."""
+    assert main(["compare", *TINY, "--motion", "kinematic", "--processes", "1", "--out", str(study)]) == 0
+    out, err = capsys.readouterr()
+    conditions = [line for line in out.splitlines() if line in ("random, none", "fixed, none")]
+    assert conditions == ["random, none", "fixed, none"] and out.count("1 intact  2") == 2
+    assert "They are to: random, none" in out and str(study) not in out and f"somatopy report {study}" in err
+    assert all(len(line) <= 80 for line in out.splitlines())
+
+
+def test_a_study_gets_a_page_and_tables(study: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """In its folder, or where --out says; --json gives the rows of the table."""
+    assert main(["report", str(study)]) == 0
+    assert capsys.readouterr().out == f"{study / 'report.html'}\n"
+    assert (study / "table.csv").is_file() and (study / "table.tex").is_file()
+    page = tmp_path / "mine.html"
+    assert main(["report", str(study), "--against", "fixed, none", f"--out={page}", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    rates = {row["condition"]: row for row in told["rows"] if row["measure"] == "rate"}
+    assert (told["report"], told["bytes"], told["failures"]) == (str(page), page.stat().st_size, [])
+    assert rates["random, none"]["against"] == "fixed, none" and rates["random, none"]["pairs"] == 2
+    assert rates["fixed, none"]["difference"] is None
+    assert "Differences to fixed, none" in page.read_text(encoding="utf-8")
+
+
+def test_wrong_use_of_a_study_is_told(study: Path, runs: list[Path], capsys: pytest.CaptureFixture[str]) -> None:
+    """A condition that is not there, a study among others, --against without a study."""
+    for args, part in (
+        (["report", str(study), "--against", "x"], "there are: 'random, none', 'fixed, none'."),
+        (["report", str(runs[0]), str(study)], "is a study, which has a report of its own"),
+        (["report", str(runs[0]), "--against", "x"], "is none: leave it out"),
+        (["report", str(study), "--against"], "--against needs a condition of the study"),
+    ):
+        assert main(args) == 2
+        assert part in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("args", "parts"),
     [

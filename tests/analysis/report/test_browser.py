@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from somatopy.analysis.report import write_report
+from somatopy.analysis.report import write_report, write_study
 
 pytestmark = pytest.mark.browser
 
@@ -193,3 +193,101 @@ def test_what_it_would_fetch_is_refused(opened: Any) -> None:
     )
     assert asked == "refused"
     opened.get_log("browser")
+
+
+# -- studies -----------------------------------------------------------------------------------------------------------
+
+#: Everything that is wider than its place: the page, tables, and words of plots that leave their plot.
+CLIPPED = """
+const wide = [...document.querySelectorAll('.wide, .panels, figure')].filter((e) => e.scrollWidth > e.clientWidth);
+const words = [...document.querySelectorAll('.chart')].flatMap((chart) => {
+  const box = chart.getBoundingClientRect();
+  return [...chart.querySelectorAll('svg text')].filter((text) => {
+    const r = text.getBoundingClientRect();
+    const across = r.left < box.left - 1 || r.right > box.right + 1;
+    const down = r.top < box.top - 1 || r.bottom > box.bottom + 1;
+    return r.width && (across || down);
+  });
+});
+const page = document.documentElement.scrollWidth > innerWidth ? ['page'] : [];
+return [...page, ...[...wide, ...words].map((e) => e.textContent.slice(0, 80))];
+"""
+#: Pairs of words of one plot that stand on each other.
+OVERPRINTED = """
+return [...document.querySelectorAll('.chart')].flatMap((chart) => {
+  const texts = [...chart.querySelectorAll('svg text')].map((t) => [t.textContent, t.getBoundingClientRect()]);
+  const shown = texts.filter(([, r]) => r.width > 0);
+  const over = (a, b) => a.left < b.right - 1 && b.left < a.right - 1 && a.top < b.bottom - 2 && b.top < a.bottom - 2;
+  return shown.flatMap(([name, a], k) => shown.slice(k + 1).filter(([, b]) => over(a, b)).map(([n]) => [name, n]));
+});
+"""
+
+
+@pytest.fixture(scope="module")
+def study_pages(studies: Any) -> dict[str, Path]:
+    """The reports of a study with few conditions and of one with many."""
+    return {name: write_study(study) for name, study in studies.items()}
+
+
+@pytest.mark.parametrize("name", ["few", "many"])
+@pytest.mark.parametrize("width", [1280, 800])
+def test_nothing_of_a_study_is_clipped_or_overprinted(
+    browser: Any, study_pages: dict[str, Path], name: str, width: int
+) -> None:
+    """Tables fit, and words of plots stand inside of them and apart; all details opened."""
+    browser.set_window_size(width, 1000)
+    open_page(browser, study_pages[name])
+    browser.execute_script("document.querySelectorAll('.differences').forEach((d) => { d.open = true; })")
+    assert browser.execute_script(CLIPPED) == []
+    assert browser.execute_script(OVERPRINTED) == []
+    browser.set_window_size(1300, 1000)
+
+
+def test_a_study_is_drawn_and_tabled(browser: Any, studies: Any, study_pages: dict[str, Path]) -> None:
+    """Lines, bands and dots of all seeds; a row for each condition and phase; nothing is fetched or complained of."""
+    for name, conditions in (("few", 3), ("many", 20)):
+        open_page(browser, study_pages[name])
+        rows = "return document.querySelectorAll('{} tbody tr').length"
+        assert browser.execute_script(rows.format("#means .means")) == 2 * conditions
+        assert browser.execute_script(rows.format("#differences details:first-of-type")) == 2 * (conditions - 1)
+        assert count(browser, "rates", ".scatterlayer .point") == conditions * (2 * (5 + 1) + 1)
+        assert browser.execute_script("return document.querySelectorAll('.chart:not(:has(svg))').length") == 0
+        assert requests(browser) == {study_pages[name].as_uri()}
+        assert browser.get_log("browser") == []
+    assert count(browser, "hits-7", ".scatterlayer .point") == 5 * 4
+    open_page(browser, study_pages["few"])
+    assert count(browser, "hits", ".scatterlayer .point") == 3 * 5 * 4
+    assert count(browser, "hits", ".scatterlayer .js-fill") == 3
+
+
+@pytest.mark.parametrize("key", ["csv", "tex"])
+def test_tables_are_copied_and_saved(browser: Any, study_pages: dict[str, Path], key: str, tmp_path: Path) -> None:
+    """The button puts the text into the clipboard, the link saves a file: both as it stands beside the page."""
+    from selenium.webdriver.common.by import By
+    from selenium.webdriver.support.ui import WebDriverWait
+
+    page = study_pages["few"]
+    expected = page.with_name(f"table.{key}").read_text(encoding="utf-8")
+    open_page(browser, page)
+    browser.execute_cdp_cmd("Browser.grantPermissions", {"permissions": ["clipboardReadWrite"]})
+    browser.execute_cdp_cmd("Browser.setDownloadBehavior", {"behavior": "allow", "downloadPath": str(tmp_path)})
+    box = browser.find_element(By.ID, f"copy-{key}")
+    browser.execute_script("arguments[0].scrollIntoView({block: 'center', behavior: 'instant'})", box)
+    box.find_element(By.TAG_NAME, "button").click()
+    WebDriverWait(browser, 5).until(lambda _: box.find_element(By.TAG_NAME, "output").text == "copied")
+    read = "const done = arguments[0]; navigator.clipboard.readText().then(done, (error) => done(String(error)))"
+    assert browser.execute_async_script(read) == expected
+    box.find_element(By.TAG_NAME, "a").click()
+    saved = tmp_path / f"table.{key}"
+    WebDriverWait(browser, 10).until(lambda _: saved.is_file())
+    assert saved.read_text(encoding="utf-8") == expected
+    assert browser.get_log("browser") == []
+
+
+def test_groups_of_runs_have_their_table(browser: Any, rich_folder: Path, rich_copy: Any, tmp_path: Path) -> None:
+    """The page of several runs: a row for each phase of each group, and both tables to copy."""
+    open_page(browser, write_report([rich_folder, rich_copy.path], tmp_path / "several.html"))
+    assert browser.execute_script("return document.querySelectorAll('#means .means tbody tr').length") == 2 * 2
+    texts = browser.execute_script("return [...document.querySelectorAll('#means textarea')].map((t) => t.value)")
+    assert texts[0].startswith("condition,phase,state,measure") and "\\begin{tabular}" in texts[1]
+    assert browser.execute_script(CLIPPED) == []

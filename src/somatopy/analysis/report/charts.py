@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -149,8 +150,10 @@ def _figure(title: str, runs: Sequence[Drawn], height: int = 400) -> Figure:
     end = max(phase_starts(summary["phases"])[-1] for _, _, summary in runs)
     figure.update_xaxes(title_text=TIME, range=[-0.015 * max(end, 1.0), 1.01 * max(end, 1.0)])
     figure.update_yaxes(title_text=title)
-    for at, name in sorted({border for _, _, summary in runs for border in borders(summary["phases"])}):
-        note = {"annotation_text": name, "annotation_font_color": BORDER, "annotation_position": "top right"}
+    there = sorted({border for _, _, summary in runs for border in borders(summary["phases"])})
+    for at, names in groupby(there, key=lambda border: border[0]):
+        text = ", ".join(name for _, name in names)
+        note = {"annotation_text": text, "annotation_font_color": BORDER, "annotation_position": "top right"}
         figure.add_vline(at, line_color=BORDER, line_width=1.6, **note)
     return figure
 
