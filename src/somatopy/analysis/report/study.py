@@ -31,7 +31,7 @@ HITS = (
 )
 SMALL = " Across: robot time in windows of 5 minutes; up: hits per window. Dotted: the mean of {}. Green: phases begin."
 RATES = "Dots are single seeds; rings and discs are means with 95 % intervals: rings damaged, discs intact."
-CEILING = " The ceiling is the share of frames in which some head posture would have seen the hand."
+CEILING = " The ceiling is the share of frames in which some head posture would have seen the hand, over all phases."
 
 
 def write_study(result: StudyResult, out: str | os.PathLike[str] | None = None, against: str | None = None) -> Path:
@@ -82,7 +82,7 @@ def render_study(result: StudyResult, comparison: Comparison) -> str:
         "lead": _lead(comparison),
         "words": WORDS,
         "plots": {name: embeddable(json.loads(chart.to_json())) for name, chart in charts.items() if chart is not None},
-        "captions": {"rates": RATES + CEILING, "hits": hits},
+        "captions": {"rates": RATES + (CEILING if _has_ceilings(comparison) else ""), "hits": hits},
         "panels": panels,
         "means": means(comparison),
         "differences": differences(comparison),
@@ -99,6 +99,10 @@ def _panels(drawn: Sequence[Course]) -> Iterator[dict[str, Any]]:
     for k, course in enumerate(drawn):
         chart = course_chart(course, drawn[0], drawn)
         yield {"key": f"hits-{k}", "condition": course.condition, "plot": embeddable(json.loads(chart.to_json()))}
+
+
+def _has_ceilings(comparison: Comparison) -> bool:
+    return any(row.measure.column == "ceiling" and row.interval.n for row in comparison.rows)
 
 
 def _lead(comparison: Comparison) -> str:
