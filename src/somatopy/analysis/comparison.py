@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
@@ -29,6 +30,7 @@ __all__ = ["MEASURES", "MIN_BAND", "Compared", "Comparison", "Course", "Measure"
 MIN_BAND = 5
 
 Values = dict[int, float]
+Items = tuple[tuple[int, float], ...]
 Cells = dict[tuple[str, int], list[dict[str, Any]]]
 
 
@@ -169,9 +171,20 @@ def _compared(name: str, phase: int, measure: Measure, place: int | None, cells:
     values = _values(rows, measure.column, place)
     theirs = _values(cells.get((against, phase), []), measure.column, place)
     shared = name != against and len(values.keys() & theirs.keys()) > 1
-    difference = paired(values, theirs) if shared else None
-    interval = mean_interval([*values.values()])
+    difference = _difference((*values.items(),), (*theirs.items(),)) if shared else None
+    interval = _interval((*values.values(),))
     return Compared(name, phase, _state(rows), measure, place, values, interval, difference)
+
+
+# Conditions often have phases and ceilings in common, and a bootstrap takes a twentieth of a second.
+@lru_cache(maxsize=4096)
+def _interval(values: tuple[float, ...]) -> Interval:
+    return mean_interval(values)
+
+
+@lru_cache(maxsize=4096)
+def _difference(values: Items, theirs: Items) -> Difference:
+    return paired(dict(values), dict(theirs))
 
 
 def _values(rows: Sequence[Mapping[str, Any]], column: str, place: int | None) -> Values:

@@ -107,6 +107,7 @@ def course_chart(course: Course, first: Course, courses: Sequence[Course]) -> Fi
         dotted = {"color": PAPER, "width": 1.4, "dash": "dot"}
         figure.add_scatter(x=_short(first.at), y=_short(first.mean), mode="lines", line=dotted, hoverinfo="skip")
     _add_course(figure, course, *look(0))
+    figure.data[-1].line.color = CEILING  # the mean, to stand out among the dots
     _finish_courses(figure, courses, [course])
     figure.update_layout(showlegend=False, margin={"l": 44, "r": 8, "t": 8, "b": 26}, font_size=11)
     return figure
