@@ -65,8 +65,10 @@ def test_every_verb_has_help_with_an_example(verb: str, capsys: pytest.CaptureFi
     out, err = capsys.readouterr()
     assert f"example: somatopy {verb}" in out and err == ""
     assert "--json" in out
-    if verb in ("reproduce", "run"):
+    if verb in ("reproduce", "run", "compare"):
         assert "--babbling.speed" in out and "--learner.arm-map.shape" in out and "--damage-minutes" in out
+    elif verb == "study":
+        assert "FILE" in out and "--dry-run" in out and "--babbling.speed" not in out
     elif verb != "list":
         assert "RUN" in out and "runs/" in out and "--babbling.speed" not in out
 
