@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 __all__ = [
+    "BAND",
     "BORDER",
     "CEILING",
     "CONTROLS",
@@ -36,6 +37,7 @@ __all__ = [
 
 # Red, blue and green as in the paper.
 HITS, TREND, BORDER, PAPER = "#e0453a", "#123a8c", "#2f9e44", "#7a7a7a"
+BAND = "#dfe3ea"
 CEILING, UNSEEN = "#222222", "#ececec"
 #: Lightness rises evenly, so that it reads in grey and without colour vision.
 MAP = "cividis"

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Annotated
 
 from somatopy.analysis import load_run
+from somatopy.analysis.band import render_verdicts, verdicts_of
 from somatopy.analysis.series import distance_units
 from somatopy.analysis.standings import render_standings, standings
 from somatopy.analysis.table import comparison, render
@@ -88,6 +89,7 @@ def complete(folder: Path, as_json: bool, anyway: bool = False, band: Band | Non
         print(
             render(comparison(run.summary or {}, distance_units(run))),
             render_standings(standings(run), names),
+            *([render_verdicts(judged)] if (judged := verdicts_of(run)) else []),
             sep="\n\n",
         )
     note(f"Run folder: {folder}\nReport:     {report}")

@@ -6,9 +6,10 @@ from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
+from somatopy.analysis.band import spread_of
 from somatopy.analysis.runs import Run
 from somatopy.analysis.series import borders, phase_starts
-from somatopy.analysis.style import HITS, PAPER, TREND, mark, source, style
+from somatopy.analysis.style import BAND, HITS, PAPER, TREND, mark, source, style
 from somatopy.analysis.summary import summarise
 from somatopy.analysis.table import paper_lines
 from somatopy.analysis.trends import MIN_WINDOWS, Trend, segments
@@ -20,14 +21,15 @@ if TYPE_CHECKING:
 
 __all__ = ["figure3"]
 
-LEGEND = ("hits, this run", "trend, this run", "trend, the paper's run")
+LEGEND = ("hits, this run", "trend, this run", "trend, the paper's run", "other seeds, geometric eye")
 
 
 def figure3(run: Run | Mapping[str, Any]) -> Figure:
     """Draw hits per 5-minute window with their trends, in the form of the paper's Figure 3.
 
     A window is drawn where it starts, so that a trend's intercept lies at its segment's first window. The paper's own
-    regression lines start where the run's segments start and are as long as both allow.
+    regression lines start where the run's segments start and are as long as both allow. Behind them a band reaches from
+    the lowest to the highest of the seeds that went beside the run, if any did.
 
     Args:
         run: an open run folder, or a summary.
@@ -39,6 +41,8 @@ def figure3(run: Run | Mapping[str, Any]) -> Figure:
         figure = Figure(figsize=(8.0, 4.6), layout="constrained")
         axes = figure.add_subplot()
         starts = phase_starts(summary["phases"])
+        if isinstance(run, Run):
+            _draw_band(axes, run)
         _draw_paper(axes, summary["phases"], starts)
         for phase, start in zip(summary["phases"], starts, strict=False):
             _draw_phase(axes, phase, start)
@@ -46,10 +50,16 @@ def figure3(run: Run | Mapping[str, Any]) -> Figure:
         _mark_borders(axes, summary["phases"], starts)
         _label(axes, summary)
         _note_shortness(axes, summary["phases"])
-        entries = {str(line.get_label()): line for line in axes.get_lines()}
+        entries = {str(drawn.get_label()): drawn for drawn in (*axes.get_lines(), *axes.collections)}
         named = [label for label in LEGEND if label in entries]
-        figure.legend([entries[label] for label in named], named, loc="outside lower center", ncols=3)
+        figure.legend([entries[label] for label in named], named, loc="outside lower center", ncols=len(named))
     return figure
+
+
+def _draw_band(axes: Axes, run: Run) -> None:
+    spread = spread_of(run)
+    if spread is not None:
+        axes.fill_between(spread.at, spread.low, spread.high, color=BAND, lw=0, label=LEGEND[3], zorder=1)
 
 
 def _draw_phase(axes: Axes, phase: Mapping[str, Any], start: float) -> None:

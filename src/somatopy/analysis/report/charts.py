@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from somatopy.analysis.band import spread_of
 from somatopy.analysis.bounds import ceiling_shares, reactive_efficiency
 from somatopy.analysis.columns import readable
 from somatopy.analysis.figures.distortion import PAPER_HEAD_BAND
@@ -17,7 +18,7 @@ from somatopy.analysis.regions import Regions, arm_regions
 from somatopy.analysis.runs import Run
 from somatopy.analysis.series import borders, distance_units, distortion, gaze_error, in_shares, phase_starts
 from somatopy.analysis.standings import OWN, Standing
-from somatopy.analysis.style import BORDER, CEILING, CONTROLS, HITS, PAPER, RUNS, TREND, UNSEEN
+from somatopy.analysis.style import BAND, BORDER, CEILING, CONTROLS, HITS, PAPER, RUNS, TREND, UNSEEN
 from somatopy.analysis.table import paper_lines
 from somatopy.analysis.trends import Trend
 from somatopy.clock import WINDOW
@@ -49,6 +50,7 @@ def hits_chart(runs: Sequence[Drawn]) -> Figure:
     """Hits per window with trends, the paper's beside them (its Figure 3)."""
     figure = _figure("hits per 5-minute window (frames)", runs)
     if len(runs) == 1:
+        _add_band(figure, runs[0][1])
         _add_paper(figure, runs[0][2])
     for index, (name, _, summary) in enumerate(runs):
         color, dash = (HITS, "solid") if len(runs) == 1 else look(index)
@@ -240,6 +242,24 @@ def _add_paper(figure: Figure, summary: Summary) -> None:
                 _add(figure, at, values, "trend, the paper's run", PAPER, dash="dash", **more)
                 figure.data[-1].hovertemplate = None
                 shown = True
+
+
+def _add_band(figure: Figure, run: Run) -> None:
+    """From the lowest to the highest of the seeds that went beside this run, if any did."""
+    spread = spread_of(run)
+    if spread is None:
+        return
+    label = f"{spread.seeds} seeds, geometric eye"
+    gaps = np.flatnonzero(np.isnan(spread.at))
+    for part, at in enumerate(np.split(np.arange(len(spread.at)), gaps)):
+        there = at[np.isfinite(spread.at[at])]
+        if len(there):
+            shown: Any = {"legendgroup": "band", "hoverinfo": "skip", "showlegend": False}
+            _add(figure, spread.at[there], spread.high[there], label, BAND, width=0, **shown)
+            _add(figure, spread.at[there], spread.low[there], label, BAND, width=0, fill="tonexty", fillcolor=BAND,
+                 **shown | {"showlegend": part == 0})  # fmt: skip
+            for trace in figure.data[-2:]:
+                trace.hovertemplate = None
 
 
 def _add_bounds(figure: Figure, run: Run, summary: Summary) -> None:

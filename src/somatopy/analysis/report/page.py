@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from somatopy.analysis import style
+from somatopy.analysis.band import verdict_rows, verdicts_of
 from somatopy.analysis.bounds import why_no_ceiling
 from somatopy.analysis.claims import VERDICTS, judge
 from somatopy.analysis.comparison import compare
@@ -141,6 +142,7 @@ def _content(sources: Sequence[Source]) -> dict[str, Any]:
         "standings": [_standing_row(found, first.summary) for found in first.standings],
         "overview": [_overview(source) for source in sources],
         "settings": _differences(sources),
+        "band": verdict_rows(verdicts_of(first.run)) if alone else [],
         **_over_seeds(sources),
         "maps": maps and embeddable(maps),
         "own_maps": OWN_MAPS if alone and first.run.snapshots and maps is None else "",
