@@ -205,7 +205,8 @@ def space_of(key: str, space: Any) -> dict[str, Any]:
     if isinstance(found, Mapping):
         if found.keys() == {"choices"} and isinstance(found["choices"], list) and found["choices"]:
             return dict(found)
-        low, high = found.get("low"), found.get("high")
+        low: Any = found.get("low")
+        high: Any = found.get("high")
         numbers = isinstance(low, int | float) and isinstance(high, int | float)
         if numbers and low < high and (not found.get("log") or low > 0) and not found.keys() - {"low", "high", "log"}:
             return dict(found)
