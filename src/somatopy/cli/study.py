@@ -13,10 +13,12 @@ import tyro
 from somatopy.analysis.cells import CELLS, StudyResult
 from somatopy.cli.mirror import mark
 from somatopy.cli.run import note
+from somatopy.experiment import DescriptionError
 from somatopy.studies.driver import perform
 from somatopy.studies.estimate import estimate
 from somatopy.studies.plan import Study
 from somatopy.studies.reading import load_plan, planned
+from somatopy.studies.recheck import recheck
 
 __all__ = ["carry_out", "main"]
 
@@ -50,7 +52,17 @@ class StudyFlags:
 def main(args: Sequence[str]) -> int:
     """Run `somatopy study FILE [OPTIONS]`."""
     flags = tyro.cli(StudyFlags, args=args, prog="somatopy study", description=TEXT)
-    return carry_out(planned(load_plan(flags.file)), flags)
+    study = planned(load_plan(flags.file))
+    return check(study, flags) if flags.check else carry_out(study, flags)
+
+
+def check(study: Study, flags: StudyFlags) -> int:
+    """Say which cells of a study folder are stale, and whether some give the same when they run again."""
+    if flags.out is None:
+        raise DescriptionError("--check looks at a study folder: name it with --out.")
+    found = recheck(study, flags.out, flags.processes)
+    print(json.dumps(found.table()) if flags.json else found.text())
+    return 0 if found.equal else 1
 
 
 def carry_out(study: Study, flags: Any) -> int:

@@ -11,6 +11,7 @@ from typing import Any, Protocol
 
 from somatopy.analysis.cells import StudyResult, load_study
 from somatopy.api import Interrupted
+from somatopy.experiment import DescriptionError
 from somatopy.studies.folder import StudyFolder
 from somatopy.studies.local import Local, Outcome
 from somatopy.studies.plan import Cell, Study
@@ -59,9 +60,11 @@ def perform(
         The study folder, opened. Cells that failed are in its `failures`.
 
     Raises:
-        DescriptionError: the folder cannot be used.
+        DescriptionError: the folder cannot be used, or no process would work.
         Interrupted: on Ctrl-C; finished cells are kept.
     """
+    if processes is not None and processes < 1:
+        raise DescriptionError(f"--processes {processes}: at least one process must work.")
     folder = StudyFolder(out, study.name)
     cells = _once(study.cells())
     with folder.opened(study) as finished:

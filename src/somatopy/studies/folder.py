@@ -80,7 +80,7 @@ class StudyFolder:
                 fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except OSError as error:
                 raise DescriptionError(f"Another study is running in {self.path}. Wait for it, or end it.") from error
-            self.rows = {**self._tabled(OTHERS), **self._tabled(CELLS), **self._journalled()}
+            self.rows = self.kept()
             self._write_plan(study)
             self._write_tables(study)
             self.scratch.mkdir(exist_ok=True)
@@ -90,6 +90,14 @@ class StudyFolder:
             finally:
                 self._write_tables(study)
                 (self.path / _JOURNAL).unlink()
+
+    def kept(self) -> dict[str, Rows]:
+        """The rows of each finished cell, by key, as the files have them; nothing is written.
+
+        Raises:
+            DescriptionError: a file cannot be read.
+        """
+        return {**self._tabled(OTHERS), **self._tabled(CELLS), **self._journalled()}
 
     def append(self, cell: Cell, rows: Rows) -> None:
         """Keep the rows of a cell that has ended."""
