@@ -10,6 +10,8 @@ import pytest
 
 from somatopy.experiment import Description, paper
 from somatopy.experiment.changes import changed
+from somatopy.studies.local import Outcome
+from somatopy.studies.work import Task, work
 
 #: What all cells have, as `every` of a study.
 EVERY: dict[str, Any] = {
@@ -78,13 +80,29 @@ class Crashes(Raises):
         ctypes.string_at(0)
 '''
 
+
+class Here:
+    """Runs cells in this process."""
+
+    capacity = 1
+
+    def __init__(self, scratch: Path, processes: int | None = None) -> None:
+        self._scratch, self._outcomes = scratch, list[Outcome]()
+
+    def submit(self, task: Task) -> None:
+        try:
+            self._outcomes.append(Outcome(task.key, work(task, self._scratch)))
+        except ValueError as error:
+            self._outcomes.append(Outcome(task.key, None, str(error)))
+
+    def next(self) -> Outcome:
+        return self._outcomes.pop(0)
+
+    def close(self) -> None:
+        assert not self._outcomes
+
+
 Described = Callable[..., Description]
-
-
-@pytest.fixture(scope="session")
-def every() -> dict[str, Any]:
-    """What all cells have in common."""
-    return dict(EVERY)
 
 
 @pytest.fixture(scope="session")
@@ -96,6 +114,12 @@ def described() -> Described:
         return changed(changed(paper(), {**EVERY, "eye": "geometric"}), own)
 
     return make
+
+
+@pytest.fixture(scope="session")
+def in_process() -> type[Here]:
+    """A backend without processes, for what is not about them: to start one takes seconds."""
+    return Here
 
 
 @pytest.fixture(scope="module")

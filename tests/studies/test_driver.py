@@ -17,7 +17,7 @@ import pytest
 import somatopy
 from somatopy.analysis.cells import COSTS, StudyResult, load_study, measures
 from somatopy.api import run
-from somatopy.studies import Condition, Study
+from somatopy.studies import Condition, Study, load_plan, planned
 from somatopy.studies.driver import perform
 
 DRIVE = """
@@ -138,12 +138,12 @@ def test_other_names_and_new_seeds_run_only_what_is_new(
     assert told(again) == before
 
 
-def test_physics_with_a_stored_arm_and_a_shared_phase(described: Described, tmp_path: Path) -> None:
+def test_physics_with_a_stored_arm_and_a_shared_phase(described: Described, in_process: Any, tmp_path: Path) -> None:
     """Rows of dynamic runs are those of plain runs, too."""
     short = {"motion": "dynamic", "minutes": 0.2, "damage_minutes": 0.2}
     ones = {"paper": described(**short), "none": described(damage="none", **short)}
     study = Study("s", tuple(Condition(name, one, (1,)) for name, one in ones.items()), ceilings=False)
-    result = perform(study, tmp_path / "s", processes=1, progress=False)
+    result = perform(study, tmp_path / "s", backend=in_process, progress=False)
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))  # no stored arm there
         expected = {name: plain(one, 1, tmp_path / name, ceiling=False) for name, one in ones.items()}
@@ -154,9 +154,11 @@ def test_physics_with_a_stored_arm_and_a_shared_phase(described: Described, tmp_
 # -- cells that fail ---------------------------------------------------------------------------------------------------
 
 
-def test_failing_cells_end_no_other_and_are_run_again(own: Path, described: Described, tmp_path: Path) -> None:
+def test_failing_cells_end_no_other_and_are_run_again(
+    own: Path, described: Described, in_process: Any, tmp_path: Path
+) -> None:
     """One raises, one ends its process, one is killed, one brings the interpreter down."""
-    names = ("Raises", "Leaves", "Killed", "Crashes", "Counted")
+    names = ("Leaves", "Killed", "Raises", "Counted", "Crashes")
     ones = {name: described(learner=f"{own.stem}:{name}", minutes=0.1, damage_minutes=0.1) for name in names}
     study = Study("s", tuple(Condition(name, one, (0,)) for name, one in ones.items()), ceilings=False)
     result = perform(study, tmp_path / "s", processes=1, progress=False)
@@ -169,7 +171,7 @@ def test_failing_cells_end_no_other_and_are_run_again(own: Path, described: Desc
     assert result.conditions == ["Counted"]
     own.with_name("mended").touch()
     begun = own.with_name("log").read_text()
-    mended = perform(study, tmp_path / "s", processes=1, progress=False)
+    mended = perform(study, tmp_path / "s", backend=in_process, progress=False)
     assert mended.failures == [] and mended.conditions == [*names]
     assert own.with_name("log").read_text() == begun
     assert load_study(tmp_path / "s").failures == []
@@ -179,10 +181,20 @@ def test_failing_cells_end_no_other_and_are_run_again(own: Path, described: Desc
 
 
 @contextmanager
-def started(own: Path, folder: Path) -> Iterator[subprocess.Popen[str]]:
+def started(own: Path, folder: Path, processes: int) -> Iterator[subprocess.Popen[str]]:
     """A study in a process of its own, whose learner takes its time."""
     process = subprocess.Popen(
-        [sys.executable, "-c", DRIVE, "study", str(own.parent / "file.toml"), "--out", str(folder), "--processes", "1"],
+        [
+            sys.executable,
+            "-c",
+            DRIVE,
+            "study",
+            str(own.parent / "file.toml"),
+            "--out",
+            str(folder),
+            "--processes",
+            str(processes),
+        ],
         env={**os.environ, "SLOW": "0.002", "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
@@ -216,10 +228,11 @@ def is_alive(number: str) -> bool:
 
 
 @pytest.fixture(scope="module")
-def undisturbed(own: Path) -> list[dict[str, Any]]:
+def undisturbed(own: Path, in_process: Any) -> list[dict[str, Any]]:
     """The rows of a study that nobody stopped."""
     (own.parent / "file.toml").write_text(FILE.format(own=own.stem), encoding="utf-8")
-    result = somatopy.study(own.parent / "file.toml", out=own.parent / "undisturbed", processes=2, progress=False)
+    study = planned(load_plan(own.parent / "file.toml"))
+    result = perform(study, own.parent / "undisturbed", backend=in_process, progress=False)
     assert len(result.table) == 8
     return told(result)
 
@@ -231,19 +244,19 @@ def log(own: Path) -> Path:
     return own.with_name("log")
 
 
-def went_on(own: Path, folder: Path) -> list[dict[str, Any]]:
+def went_on(own: Path, folder: Path, in_process: Any) -> list[dict[str, Any]]:
     """Rows of the study once it has gone on to its end; each cell has met its last frame once."""
-    result = somatopy.study(own.parent / "file.toml", out=folder, processes=1, progress=False)
+    result = perform(planned(load_plan(own.parent / "file.toml")), folder, backend=in_process, progress=False)
     assert not result.failures
     assert sum(float(when) > 89 for _, when in noted(own)) == 4
     return told(result)
 
 
-def test_a_killed_study_goes_on(own: Path, log: Path, undisturbed: list[Any], tmp_path: Path) -> None:
+def test_a_killed_study_goes_on(own: Path, log: Path, undisturbed: list[Any], in_process: Any, tmp_path: Path) -> None:
     """The driver is killed after its first cell: its workers end with it, and no finished cell runs again."""
     folder = tmp_path / "s"
     journal = folder / "journal.jsonl"
-    with started(own, folder) as process:
+    with started(own, folder, 1) as process:
         wait_for(lambda: process.poll() is not None or (journal.exists() and b"\n" in journal.read_bytes()))
         assert process.poll() is None
         process.kill()
@@ -252,14 +265,16 @@ def test_a_killed_study_goes_on(own: Path, log: Path, undisturbed: list[Any], tm
     assert 1 <= ended < 4 and not load_study(folder).table.num_rows
     with journal.open("ab") as file:
         file.write(b'[{"key": "torn')
-    assert went_on(own, folder) == undisturbed
+    assert went_on(own, folder, in_process) == undisturbed
 
 
-def test_ctrl_c_stops_a_study_that_goes_on(own: Path, log: Path, undisturbed: list[Any], tmp_path: Path) -> None:
+def test_ctrl_c_stops_a_study_that_goes_on(
+    own: Path, log: Path, undisturbed: list[Any], in_process: Any, tmp_path: Path
+) -> None:
     """It says how; the workers have left checkpoints, so that no frame is computed twice."""
     folder = tmp_path / "s"
-    with started(own, folder) as process:
-        wait_for(lambda: process.poll() is not None or noted(own))
+    with started(own, folder, 2) as process:
+        wait_for(lambda: process.poll() is not None or len(noted(own)) == 2)
         time.sleep(0.5)
         assert process.poll() is None
         process.send_signal(signal.SIGINT)
@@ -268,6 +283,6 @@ def test_ctrl_c_stops_a_study_that_goes_on(own: Path, log: Path, undisturbed: li
     assert "of 4 cells had ended before" in said and f"Go on with the same command and --out {folder}." in said
     assert "Traceback" not in said
     assert not any(is_alive(number) for number, _ in noted(own))
-    assert [when for _, when in noted(own)] == ["0.0"]
-    assert went_on(own, folder) == undisturbed
+    assert [when for _, when in noted(own)] == ["0.0", "0.0"]
+    assert went_on(own, folder, in_process) == undisturbed
     assert sum(when == "0.0" for _, when in noted(own)) == 2

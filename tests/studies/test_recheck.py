@@ -15,30 +15,7 @@ from somatopy.analysis.cells import CELLS
 from somatopy.experiment import DescriptionError
 from somatopy.studies import Condition, Study
 from somatopy.studies.driver import perform
-from somatopy.studies.local import Outcome
 from somatopy.studies.recheck import SAMPLE, _apart, recheck
-from somatopy.studies.work import Task, work
-
-
-class Here:
-    """Runs cells in this process."""
-
-    capacity = 1
-
-    def __init__(self, scratch: Path, processes: int | None = None) -> None:
-        self._scratch, self._outcomes = scratch, list[Outcome]()
-
-    def submit(self, task: Task) -> None:
-        try:
-            self._outcomes.append(Outcome(task.key, work(task, self._scratch)))
-        except ValueError as error:
-            self._outcomes.append(Outcome(task.key, None, str(error)))
-
-    def next(self) -> Outcome:
-        return self._outcomes.pop(0)
-
-    def close(self) -> None:
-        assert not self._outcomes
 
 
 @pytest.fixture(scope="module")
@@ -50,20 +27,20 @@ def study(described: Callable[..., Any]) -> Study:
 
 
 @pytest.fixture(scope="module")
-def folder(study: Study, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def folder(study: Study, tmp_path_factory: pytest.TempPathFactory, in_process: Any) -> Path:
     """It has run, except for its long cell with seed 1."""
     path = tmp_path_factory.mktemp("recheck") / "s"
     partly = Study(
         "s", (Condition("long", study.conditions[0].experiment, (0,)), *study.conditions[1:]), ceilings=False
     )
-    perform(partly, path, progress=False, backend=Here)
+    perform(partly, path, progress=False, backend=in_process)
     return path
 
 
 @pytest.fixture(autouse=True)
-def here(monkeypatch: pytest.MonkeyPatch) -> None:
+def here(monkeypatch: pytest.MonkeyPatch, in_process: Any) -> None:
     """What runs again runs in this process."""
-    monkeypatch.setattr("somatopy.studies.recheck.Local", Here)
+    monkeypatch.setattr("somatopy.studies.recheck.Local", in_process)
 
 
 def digests(folder: Path) -> dict[str, str]:
