@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 
 import somatopy
+from somatopy.analysis.cells import measures
 from somatopy.analysis.runs import Run
 from somatopy.api import Interrupted, begin, finish, fork, play, reopen, resume
 from somatopy.bodies import MujocoBody
@@ -368,6 +369,31 @@ def test_a_fork_is_the_whole_experiment(tiny: Description, tmp_path: Path, motio
         assert forked.description == whole.description
         assert {path.name for path in forked.path.iterdir()} == {path.name for path in whole.path.iterdir()}
     assert contents(source) == before
+
+
+def test_ceiling_and_maps_may_be_left_out(tiny: Description, tmp_path: Path, small_parts: None) -> None:
+    """By run, resume and fork alike: those files are missing, and frames and all other measures are the same."""
+    phases = [*tiny.phases, {"name": "more", "frames": 20}]
+    two = tiny.replaced(phases=phases)
+    without: dict[str, Any] = {"progress": False, "ceiling": False, "maps": False}
+    whole = somatopy.run(two, tmp_path / "whole", progress=False)
+    assert whole.ceiling is not None and (whole.path / "maps").exists()
+    trained = somatopy.run(tiny, tmp_path / "trained", **without)
+    runs = [
+        somatopy.run(two, tmp_path / "run", **without),
+        resume(interrupted(two, tmp_path / "resumed", 25), **without),
+        fork(trained.path, two, 0, tmp_path / "forked", **without),
+    ]
+    for run in (trained, *runs):
+        assert run.ceiling is None and not (run.path / "maps").exists() and not (run.path / "ceiling.json").exists()
+    for run in runs:
+        frames = {name: content for name, content in contents(run).items() if "frames" in name}
+        assert frames and frames == {name: content for name, content in contents(whole).items() if "frames" in name}
+        bounds = ("ceiling", "efficiency", "reactive", "ceiling_per_window")
+        found, expected = (
+            [{k: v for k, v in row.items() if k not in bounds} for row in measures(r)] for r in (run, whole)
+        )
+        assert found == expected and [row["ceiling"] for row in measures(run)] == [None, None]
 
 
 def test_a_fork_can_be_forked_and_resumed(tiny: Description, tmp_path: Path, trained: Path) -> None:

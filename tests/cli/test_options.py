@@ -33,7 +33,7 @@ ONE_PHASE = paper().replaced(phases=(paper().phases[0],))
 def test_without_options_the_description_is_as_it_was() -> None:
     """Nothing said, nothing changed."""
     assert described() == paper()
-    assert (options().out, options().json, options().debug) == (None, False, False)
+    assert (options().out, options().json, options().flags.debug) == (None, False, False)
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from math import isfinite
 from typing import Annotated, Any
 
 import tyro
@@ -55,7 +56,8 @@ def main(args: Sequence[str]) -> int:
     for word, instead in (("learner", "--learners"), ("damage", "--damages")):
         if getattr(flags, word) is not None:
             raise DescriptionError(f"--{word} chooses one; compare takes several: {instead} {getattr(flags, word)},...")
-    if flags.minutes is not None and flags.damage_minutes is None:
+    untouched = described.phases[1:] and described.phases[1].frames == base.phases[1].frames  # by a dotted option
+    if flags.minutes is not None and flags.damage_minutes is None and untouched:
         described = changed(described, {"damage_minutes": flags.minutes / 2})
     seeds = seeds_of(flags.seeds, described.seed)
     conditions = _crossed(described, _words(flags.learners), _damages(flags.damages), seeds)
@@ -70,12 +72,18 @@ def _damages(text: str) -> list[str]:
     """Damages; the numbers of an offset are separated by commas, too."""
     found: list[str] = []
     for word in _words(text.replace(";", ",")):
-        is_number = word.lstrip("+-").replace(".", "", 1).replace("e-", "", 1).isdigit()
-        if is_number and found and found[-1].startswith("offset:"):
+        if found and found[-1].startswith("offset:") and _is_number(word):
             found[-1] += f",{word}"
         else:
             found.append(word)
     return found
+
+
+def _is_number(word: str) -> bool:
+    try:
+        return isfinite(float(word))
+    except ValueError:
+        return False
 
 
 def _crossed(

@@ -15,10 +15,12 @@ from somatopy.analysis.comparison import MEASURES, compare
 from somatopy.analysis.comparison_table import text_table
 from somatopy.cli.mirror import mark
 from somatopy.cli.run import note
+from somatopy.experiment import DescriptionError
 from somatopy.studies.driver import perform
 from somatopy.studies.estimate import estimate
 from somatopy.studies.plan import Study
 from somatopy.studies.reading import load_plan, planned
+from somatopy.studies.recheck import recheck
 from somatopy.studies.search import search, searched
 
 __all__ = ["carry_out", "main"]
@@ -56,11 +58,28 @@ def main(args: Sequence[str]) -> int:
     """Run `somatopy study FILE [OPTIONS]`."""
     flags = tyro.cli(StudyFlags, args=args, prog="somatopy study", description=TEXT)
     table = load_plan(flags.file)
-    if "search" not in table:
-        return carry_out(planned(table), flags)
+    if "search" in table:
+        return look_for(table, flags)
+    study = planned(table)
+    return check(study, flags) if flags.check else carry_out(study, flags)
+
+
+def look_for(table: dict[str, Any], flags: StudyFlags) -> int:
+    """Run a search, and print what came of it."""
+    if flags.check or flags.dry_run:
+        raise DescriptionError("A search proposes its cells as it goes: it has neither --check nor --dry-run.")
     result = search(searched(table), flags.out or Path("runs") / table["name"], processes=flags.processes)
-    print(result.path)
+    print(json.dumps(table_of(result)) if flags.json else result.path)
     return 1 if result.failures else 0
+
+
+def check(study: Study, flags: StudyFlags) -> int:
+    """Say which cells of a study folder are stale, and whether some give the same when they run again."""
+    if flags.out is None:
+        raise DescriptionError("--check looks at a study folder: name it with --out.")
+    found = recheck(study, flags.out, flags.processes)
+    print(json.dumps(found.table()) if flags.json else found.text())
+    return 0 if found.equal else 1
 
 
 def carry_out(study: Study, flags: Any) -> int:

@@ -37,7 +37,7 @@ def changed(
         (1800, 0.25, ('links',))
     """
     words = {key.strip().replace("-", "_"): value for keys, value in changes.items() for key in keys.split("+")}
-    table = flagged({key: words[key] for key in SHORT_WORDS if key in words}, description)
+    table = _lists(flagged({key: words[key] for key in SHORT_WORDS if key in words}, description, "damage ="))
     for key in sorted(words.keys() - {*SHORT_WORDS, "control"}, key=lambda key: (key.count("."), key)):
         _set(table, key, words[key])
     found = validated(table, source)
@@ -49,8 +49,20 @@ def changed(
     return CONTROLS[control](found)
 
 
-def flagged(short: Mapping[str, Any], description: Description) -> dict[str, Any]:
+def _lists(value: Any) -> Any:
+    """The same with lists for tuples, so that every entry can be set."""
+    if isinstance(value, dict):
+        return {key: _lists(entry) for key, entry in value.items()}
+    return [_lists(entry) for entry in value] if isinstance(value, list | tuple) else value
+
+
+def flagged(short: Mapping[str, Any], description: Description, damage: str = "--damage") -> dict[str, Any]:
     """The description as a table, changed by short words; a word that is absent or None changes nothing.
+
+    Args:
+        short: values by short word.
+        description: what is changed.
+        damage: what to call that word in an error.
 
     Raises:
         DescriptionError: minutes that are negative, or a damage that nobody knows.
@@ -66,18 +78,18 @@ def flagged(short: Mapping[str, Any], description: Description) -> dict[str, Any
     if "minutes" in words:
         table["phases"][0]["frames"] = frames_of(words["minutes"])
     if "damage_minutes" in words or "damage" in words:
-        _damage_second(table["phases"], words)
+        _damage_second(table["phases"], words, damage)
     return table
 
 
-def _damage_second(phases: list[dict[str, Any]], words: Mapping[str, Any]) -> None:
+def _damage_second(phases: list[dict[str, Any]], words: Mapping[str, Any], damage: str) -> None:
     if len(phases) < 2:
         damaged = {"name": "damaged", "frames": 0, "interventions": [{"kind": "offset"}], "trend_breaks": (7,)}
         phases.append(damaged)
     if "damage_minutes" in words:
         phases[1]["frames"] = frames_of(words["damage_minutes"])
     if "damage" in words:
-        replace_short(phases[1]["interventions"], "damage", damage_named(words["damage"], "--damage"))
+        replace_short(phases[1]["interventions"], "damage", damage_named(words["damage"], damage))
 
 
 def damage_named(text: Any, word: str) -> dict[str, Any] | None:
@@ -118,13 +130,15 @@ def replace_short(interventions: list[dict[str, Any]], key: str, new: dict[str, 
         del interventions[place]
     if new is not None:
         order = list(SHORT_FORMS)
-        behind = [k for k, entry in enumerate(interventions) if _short_of(entry["kind"], order) <= order.index(key)]
+        behind = [
+            k for k, entry in enumerate(interventions) if _short_of(entry.get("kind", ""), order) <= order.index(key)
+        ]
         interventions.insert(places[0] if places else max(behind, default=-1) + 1, new)
 
 
 def standing_for(key: str, interventions: Sequence[Mapping[str, Any]]) -> list[int]:
     """The places of the interventions that a short form of a phase stands for."""
-    return [k for k, entry in enumerate(interventions) if stands_for(key, entry["kind"])]
+    return [k for k, entry in enumerate(interventions) if stands_for(key, entry.get("kind", ""))]
 
 
 def _short_of(kind: str, order: list[str]) -> int:

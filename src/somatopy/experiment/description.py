@@ -7,6 +7,7 @@ import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 from itertools import pairwise
+from numbers import Real
 from pathlib import Path
 from typing import Annotated, Any, Self, TypeVar
 
@@ -203,10 +204,10 @@ def frames_of(minutes: float) -> int:
     """Frames in that many minutes of robot time: round(900 minutes).
 
     Raises:
-        DescriptionError: negative or not finite.
+        DescriptionError: negative, not finite, or no number.
     """
-    if not 0 <= minutes < math.inf:
-        raise DescriptionError(f"Minutes must be finite and at least 0, not {minutes}.")
+    if not isinstance(minutes, Real) or isinstance(minutes, bool) or not 0 <= minutes < math.inf:
+        raise DescriptionError(f"Minutes must be finite and at least 0, not {minutes!r}.")
     return round(FRAMES_PER_MINUTE * minutes)
 
 

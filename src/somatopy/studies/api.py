@@ -8,7 +8,7 @@ from typing import Any
 
 from somatopy.analysis.cells import StudyResult
 from somatopy.experiment.changes import changed
-from somatopy.experiment.description import Description
+from somatopy.experiment.description import Description, DescriptionError
 from somatopy.studies.driver import perform
 from somatopy.studies.plan import Condition, Study, seeds_of
 from somatopy.studies.reading import load_plan, planned
@@ -55,4 +55,9 @@ def study(
 
 
 def _conditions(described: Mapping[str, Description], seeds: tuple[int, ...], eye: str | None) -> list[Condition]:
+    if wrong := [name for name, one in described.items() if not isinstance(one, Description)]:
+        raise DescriptionError(
+            f"{wrong[0]!r} must be a description, such as paper(), not {described[wrong[0]]!r}. What a study file "
+            "holds, as plain data, becomes a study by somatopy.studies.planned."
+        )
     return [Condition(name, changed(one, {"eye": eye}) if eye else one, seeds) for name, one in described.items()]

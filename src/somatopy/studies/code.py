@@ -11,7 +11,7 @@ from __future__ import annotations
 import ast
 import importlib.util
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Set
 from functools import cache
 from hashlib import sha256
 from importlib.machinery import PathFinder
@@ -29,14 +29,24 @@ __all__ = ["code_digest", "modules_of"]
 
 _ROOTS = ("somatopy.experiment.session", "somatopy.experiment.run_folder", "somatopy.experiment.ceiling")
 _ABOVE = frozenset({"analysis", "api", "studies", "cli", "viewer", "envs"})
+_INSTALLED = ("site-packages", "dist-packages")
 _PACKAGES = ("numpy", "numba", "mujoco", "opencv-python-headless")
 
 
 def code_digest(description: Description) -> str:
     """A digest of the code that runs a description, and of the versions of the packages that its frames depend on."""
-    sources = "".join(f"{name}\n{_meaning(path)}" for name, path in sorted(modules_of(description).items()))
+    named = (value for value in vars(description.body).values() if isinstance(value, str | Path))
+    return _digest(
+        tuple(dict.fromkeys(_places(description))), tuple(path for path in map(Path, named) if path.is_file())
+    )
+
+
+@cache
+def _digest(places: tuple[str, ...], robots: tuple[Path, ...]) -> str:
+    """A digest for all descriptions whose settings stand in the same modules and whose robot has the same files."""
+    sources = "".join(f"{name}\n{_meaning(path)}" for name, path in sorted(_modules(places).items()))
     there = versions()
-    return digest(sources + _robots(description) + repr([(name, there[name]) for name in _PACKAGES]))
+    return digest(sources + _robots(robots) + repr([(name, there[name]) for name in _PACKAGES]))
 
 
 def modules_of(description: Description) -> dict[str, Path]:
@@ -45,33 +55,40 @@ def modules_of(description: Description) -> dict[str, Path]:
     Returns:
         Files by dotted name. Packages that only gather names of their modules are left out.
     """
-    waiting = [*_ROOTS, *dict.fromkeys(_places(description))]
-    folders = {folder for name in waiting if not name.startswith("somatopy.") and (folder := _home(name))}
+    return _modules(dict.fromkeys(_places(description)))
+
+
+def _modules(places: Iterable[str]) -> dict[str, Path]:
+    waiting = [*_ROOTS, *places]
+    own = [name for name in waiting if not name.startswith("somatopy.")]
+    tops, folders = {name.partition(".")[0] for name in own}, {folder for name in own if (folder := _home(name))}
     found: dict[str, Path] = {}
     while waiting:
         name = waiting.pop()
-        path = _file(name) if name not in found and _is_ours(name, folders) else None
+        path = _file(name) if name not in found and _is_ours(name, tops, folders) else None
         if path is not None:
             found[name] = path
             waiting += _needs(name, path)
     return {name: path for name, path in found.items() if not _only_gathers(path)}
 
 
-def _robots(description: Description) -> str:
+def _robots(named: Iterable[Path]) -> str:
     """Digests of the robots that come with somatopy, and of those files that the body's settings name."""
-    named = [Path(value) for value in vars(description.body).values() if isinstance(value, str | Path)]
     shipped = Path(somatopy.bodies.__file__).parent.rglob("*")
-    files = [*sorted(file for file in shipped if file.suffix in (".xml", ".toml")), *filter(Path.is_file, named)]
+    files = [*sorted(file for file in shipped if file.suffix in (".xml", ".toml")), *named]
     return "".join(sha256(file.read_bytes()).hexdigest() for file in files)
 
 
-def _is_ours(name: str, folders: Iterable[Path]) -> bool:
-    """Whether a module is somatopy's, below analysis, or stands where a part of the description's own stands."""
+def _is_ours(name: str, tops: Set[str], folders: Set[Path]) -> bool:
+    """Whether a module is somatopy's, below analysis, or stands where a part of the description's own stands.
+
+    Beside an own part that is installed stand all other packages: there only the part's own package counts.
+    """
     first, _, behind = name.partition(".")
     if first == "somatopy":
         return behind.partition(".")[0] not in _ABOVE
     home = None if first in sys.stdlib_module_names else _home(name)
-    return home is not None and home in folders
+    return home is not None and home in folders and (first in tops or home.name not in _INSTALLED)
 
 
 def _home(name: str) -> Path | None:

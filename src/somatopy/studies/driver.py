@@ -11,6 +11,7 @@ from typing import Any, Protocol
 
 from somatopy.analysis.cells import StudyResult, load_study
 from somatopy.api import Interrupted
+from somatopy.experiment import DescriptionError
 from somatopy.studies.folder import StudyFolder
 from somatopy.studies.local import Local, Outcome
 from somatopy.studies.plan import Cell, Study
@@ -59,20 +60,22 @@ def perform(
         The study folder, opened. Cells that failed are in its `failures`.
 
     Raises:
-        DescriptionError: the folder cannot be used.
+        DescriptionError: the folder cannot be used, or no process would work.
         Interrupted: on Ctrl-C; finished cells are kept.
     """
+    if processes is not None and processes < 1:
+        raise DescriptionError(f"--processes {processes}: at least one process must work.")
     folder = StudyFolder(out, study.name)
-    cells = study.cells()
+    cells = _once(study.cells())
     with folder.opened(study) as finished:
-        waiting = _once([cell for cell in cells if cell.key not in finished])
+        waiting = [cell for cell in cells if cell.key not in finished]
         bar: AbstractContextManager[Any] = StudyProgress(cells, waiting) if progress else nullcontext()
         failures: list[dict[str, Any]] = []
         if waiting:
             runner = backend(folder.scratch) if backend else Local(folder.scratch, processes)
             try:
                 with bar as shown:
-                    _work_off(Queue(waiting, study.keep_frames), runner, folder, failures, shown)
+                    _work_off(Queue(waiting, study.keep_frames, cells), runner, folder, failures, shown)
             except KeyboardInterrupt:
                 raise Interrupted(
                     f"Interrupted; {len(cells) - len(waiting)} of {len(cells)} cells had ended before, and all that "
@@ -104,6 +107,8 @@ def _work_off(
             failures.append({"condition": cell.condition, "seed": cell.seed, "key": cell.key, "cause": outcome.cause})
         else:
             folder.append(cell, outcome.rows)
+            if not queue.keep:
+                shutil.rmtree(folder.scratch / cell.key, ignore_errors=True)
         for name in queue.no_longer_shared(cell):
             shutil.rmtree(folder.scratch / name, ignore_errors=True)
         if shown:
@@ -126,16 +131,17 @@ class Queue:
     Which cell comes next: one that need not wait for what another cell computes just now, in the order given.
 
     Args:
-        cells: all cells.
+        cells: all cells that have not ended.
         keep: whether run folders stay.
+        whole: all cells of the study; what those that have ended shared with others may still be there.
     """
 
-    def __init__(self, cells: Sequence[Cell], keep: bool = False) -> None:
+    def __init__(self, cells: Sequence[Cell], keep: bool = False, whole: Sequence[Cell] | None = None) -> None:
         self.waiting = list(cells)
         self.under_way: dict[str, Cell] = {}
-        self._keep = keep
-        self._trunks = Counter(cell.trunk for cell in cells)
-        self._movements = Counter(cell.movement for cell in cells)
+        self.keep = keep
+        self._trunks = Counter(cell.trunk for cell in whole or cells)
+        self._movements = Counter(cell.movement for cell in whole or cells)
         self._there: set[str] = set()
 
     def __bool__(self) -> bool:
@@ -147,7 +153,7 @@ class Queue:
         cell = min(self.waiting, key=lambda cell: sum(name in computed for name in self._shared(cell)))
         self.waiting.remove(cell)
         self.under_way[cell.key] = cell
-        return Task.of(cell, self._trunks[cell.trunk] > 1, self._shares_movement(cell), self._keep)
+        return Task.of(cell, self._trunks[cell.trunk] > 1, self._shares_movement(cell), self.keep)
 
     def ended(self, key: str) -> Cell:
         """A cell has ended, well or not."""

@@ -80,7 +80,7 @@ class StudyFolder:
                 fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except OSError as error:
                 raise DescriptionError(f"Another study is running in {self.path}. Wait for it, or end it.") from error
-            self.rows = {**self._tabled(OTHERS), **self._tabled(CELLS), **self._journalled()}
+            self.rows = self.kept()
             self._write_plan(study)
             self._write_tables(study)
             self.scratch.mkdir(exist_ok=True)
@@ -90,6 +90,14 @@ class StudyFolder:
             finally:
                 self._write_tables(study)
                 (self.path / _JOURNAL).unlink()
+
+    def kept(self) -> dict[str, Rows]:
+        """The rows of each finished cell, by key, as the files have them; nothing is written.
+
+        Raises:
+            DescriptionError: a file cannot be read.
+        """
+        return {**self._tabled(OTHERS), **self._tabled(CELLS), **self._journalled()}
 
     def append(self, cell: Cell, rows: Rows) -> None:
         """Keep the rows of a cell that has ended."""
@@ -129,8 +137,10 @@ class StudyFolder:
         ]
         keys = {cell.key for cell in cells}
         others = [row for key, rows in self.rows.items() if key not in keys for row in rows]
-        self._write(CELLS, named)
-        if others or (self.path / OTHERS).exists():
+        if others or (self.path / OTHERS).exists():  # all rows first: a crash in between loses none
+            self._write(OTHERS, [{"condition": "", **row} for rows in self.rows.values() for row in rows])
+        self._write(CELLS, _alike(named))
+        if (self.path / OTHERS).exists():
             self._write(OTHERS, [{"condition": "", **row} for row in others])
 
     def _write(self, name: str, rows: Rows) -> None:
@@ -144,14 +154,11 @@ class StudyFolder:
             return found
         try:
             for row in pq.read_table(path).to_pylist():
-                measured = {column: row[column] for column in _MEASURED}
-                if measured not in found.setdefault(row["key"], []):  # cells that are described alike run once
-                    found[row["key"]].append(measured)
+                rows = found.setdefault(row["key"], [])
+                if row["phase"] not in [other["phase"] for other in rows]:  # cells that are described alike run once
+                    rows.append({column: row[column] for column in _MEASURED})
         except (OSError, KeyError, pa.ArrowException) as error:
-            raise DescriptionError(
-                f"{path} cannot be read ({str(error).splitlines()[0]}). Restore it from a copy, or move it away: the "
-                "study then runs all its cells again."
-            ) from error
+            raise DescriptionError(_unreadable(path, error)) from error
         return found
 
     def _journalled(self) -> dict[str, Rows]:
@@ -160,9 +167,30 @@ class StudyFolder:
         found = {}
         for line in path.read_bytes().splitlines(keepends=True) if path.exists() else ():
             if line.endswith(b"\n"):
-                rows = json.loads(line)
-                found[rows[0]["key"]] = rows
+                try:
+                    rows = json.loads(line)
+                    found[rows[0]["key"]] = rows
+                except (ValueError, LookupError, TypeError) as error:
+                    raise DescriptionError(_unreadable(path, error)) from error
         return found
+
+
+def _unreadable(path: Path, error: Exception) -> str:
+    why = next(iter(str(error).splitlines()), type(error).__name__)
+    return (
+        f"{path} cannot be read ({why}). Restore it from a copy, or move it away: the study then runs all its cells "
+        "again."
+    )
+
+
+def _alike(rows: Rows) -> Rows:
+    """Rows whose factors have values of one type each: a factor with numbers and texts, or truths, becomes text."""
+    types: dict[str, set[type]] = {}
+    for row in rows:
+        for name in row.keys() - {*_MEASURED, "condition"}:
+            types.setdefault(name, set()).add(float if type(row[name]) is int else type(row[name]))
+    mixed = {name for name, found in types.items() if len(found) > 1}
+    return [{name: str(value) if name in mixed else value for name, value in row.items()} for row in rows]
 
 
 def _column(value: Any) -> str | float | int | bool | None:

@@ -54,6 +54,7 @@ class _Process:
                 stdout=subprocess.PIPE,
                 stderr=log,
                 env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path)), **_ONE_THREAD},
+                process_group=0,  # Ctrl-C reaches the driver alone, which then tells each worker once
             )
         self._say({"path": sys.path, "scratch": str(scratch.resolve())})
         self._said = self.log.stat().st_size
@@ -117,12 +118,14 @@ class Local:
         self.capacity = processes or cores()
         self._scratch = scratch
         self._processes: list[_Process] = []
+        self._started = 0
 
     def submit(self, task: Task) -> None:
         """Start a cell; there must be fewer than `capacity` under way."""
-        free = next((process for process in self._processes if not process.key), None)
+        free = next((each for each in self._processes if not each.key and each.popen.poll() is None), None)
         if free is None:
-            free = _Process(len(self._processes), self._scratch)
+            free = _Process(self._started, self._scratch)
+            self._started += 1
             self._processes.append(free)
         free.start(task)
 

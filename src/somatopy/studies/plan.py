@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -10,10 +11,12 @@ from typing import Any
 
 from somatopy.experiment.description import Description, DescriptionError
 from somatopy.experiment.provenance import digest
-from somatopy.registry import HANDED_OVER
+from somatopy.registry.places import NOT_BY_PLACE
 from somatopy.studies.code import code_digest
 
 __all__ = ["Cell", "Condition", "Study", "seeds_of"]
+
+_KIND = re.compile(r'"kind":"([^"]*)"')
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,8 +63,9 @@ class Cell:
 
     @cached_property
     def trunk(self) -> str:
-        """A digest of its first phase: cells with the same one differ only after it."""
-        return digest(self._said(self.training or self.experiment) + self.code)
+        """A digest of its first phase and of the code of that alone: cells with the same one differ only after it."""
+        first = self.training or self.experiment
+        return digest(self._said(first) + code_digest(first))
 
     @cached_property
     def movement(self) -> str:
@@ -139,10 +143,11 @@ class Study:
 def _check(condition: Condition) -> None:
     if not condition.seeds:
         raise DescriptionError(f"The condition {condition.name!r} has no seeds: give it at least one.")
-    if HANDED_OVER in condition.experiment.model_dump_json():
+    kinds = _KIND.findall(condition.experiment.model_dump_json())
+    if here := [kind for kind in kinds if kind.startswith("__main__:") or NOT_BY_PLACE.search(kind)]:
         raise DescriptionError(
-            f"The condition {condition.name!r} has a part that was handed over. The processes of a study must import "
-            "it: put it into a module, and name it by its place, my_package.my_file:MyLearner."
+            f"The condition {condition.name!r} has a part that only this process has ({here[0]}). The processes of a "
+            "study must import it: put it into a module, and name it by its place, my_package.my_file:MyLearner."
         )
 
 
@@ -160,14 +165,19 @@ def seeds_of(seeds: Any, seed: int = 0) -> tuple[int, ...]:
         >>> seeds_of(3, seed=5), seeds_of([1, 4])
         ((5, 6, 7), (1, 4))
     """
+    if not _is_seed(seed):
+        raise DescriptionError(f"seed = {seed!r}, the first seed, must be a whole number from 0 up.")
     if isinstance(seeds, int) and not isinstance(seeds, bool):
         listed: Sequence[Any] = range(seed, seed + seeds)
     else:
         listed = seeds if isinstance(seeds, Sequence) and not isinstance(seeds, str) else ()
-    whole = all(isinstance(each, int) and not isinstance(each, bool) and each >= 0 for each in listed)
-    if not listed or not whole or len(set(listed)) < len(listed):
+    if not listed or not all(map(_is_seed, listed)) or len(set(listed)) < len(listed):
         raise DescriptionError(
             f"seeds = {seeds!r} must be how many seeds there are, such as 5, or a list of different ones, such as "
             "[0, 1, 2]; seeds are whole numbers from 0 up."
         )
     return tuple(listed)
+
+
+def _is_seed(value: Any) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and value >= 0

@@ -28,7 +28,7 @@ def load_plan(path: str | Path) -> dict[str, Any]:
     """A study file as plain data.
 
     Raises:
-        DescriptionError: it cannot be read, is no TOML, or has an unknown key.
+        DescriptionError: it cannot be read, or is no TOML.
     """
     try:
         table = tomllib.loads(Path(path).read_text(encoding="utf-8"))
@@ -48,6 +48,7 @@ def planned(table: Mapping[str, Any]) -> Study:
         table: `preset` or `base`, a description file; `every`, changes of all conditions; `grid`, lists of values by
             key; `conditions`, tables of changes, each with its name; `sweep`, distributions to draw from. Changes are
             as in `changed`. Where both are given, each condition is crossed with the grid and the sweep.
+            What stands in `every` is changed before them.
 
     Raises:
         DescriptionError: an unknown key, or something that cannot be run; each condition is named.
@@ -55,18 +56,25 @@ def planned(table: Mapping[str, Any]) -> Study:
     if unknown := [key for key in table if key not in KEYS]:
         raise DescriptionError(f"A study has no key {unknown[0]!r}; its keys: {', '.join(KEYS)}.")
     base = changed(base_of(table), {"eye": "geometric"})
-    every = flattened(_table(table, "every"))
+    base = _changed(base, flattened(_table(table, "every")), "every")
     conditions = []
     for entry in _conditions(table):
+        own_name = [entry["name"]] if "name" in entry else []
         own = {key: value for key, value in entry.items() if key not in _OF_A_CONDITION}
         seeds = seeds_of(entry.get("seeds", table.get("seeds", 1)), entry.get("seed", table.get("seed", 0)))
-        for drawn in _draws(_table(table, "sweep")):
+        for label, drawn in _draws(_table(table, "sweep")):
             for point in _points(_table(table, "grid")):
+                name = ", ".join([*own_name, *label, *_labels(point)]) or "all"
                 factors = {**own, **drawn, **point}
-                name = _name(entry.get("name"), drawn, point)
-                experiment = changed(base, {**every, **factors}, f"The condition {name!r}")
-                conditions.append(Condition(name, experiment, seeds, factors))
+                conditions.append(Condition(name, _changed(base, factors, f"The condition {name!r}"), seeds, factors))
     return Study(str(table.get("name", "study")), tuple(conditions), _flag(table, "ceilings"), _kept(table))
+
+
+def _changed(base: Description, changes: Mapping[str, Any], source: str) -> Description:
+    try:
+        return changed(base, changes, source)
+    except DescriptionError as error:
+        raise error if str(error).startswith(source) else DescriptionError(f"{source}: {error}") from error
 
 
 def base_of(table: Mapping[str, Any]) -> Description:
@@ -75,7 +83,7 @@ def base_of(table: Mapping[str, Any]) -> Description:
     if "base" in table:
         return load_description(table["base"])
     preset = table.get("preset", "paper")
-    if preset not in PRESETS:
+    if not isinstance(preset, str) or preset not in PRESETS:
         raise DescriptionError(f"preset = {preset!r} is unknown; choose one of {', '.join(PRESETS)}.")
     return PRESETS[preset]()
 
@@ -102,8 +110,10 @@ def _conditions(table: Mapping[str, Any]) -> list[dict[str, Any]]:
     listed = table.get("conditions", [{}])
     if not isinstance(listed, list) or not all(isinstance(entry, Mapping) for entry in listed) or not listed:
         raise DescriptionError('conditions must be a list of tables, such as [[conditions]] with name = "fast".')
-    if "conditions" in table and (nameless := [entry for entry in listed if not entry.get("name")]):
-        raise DescriptionError(f"Each of the conditions needs a name; {dict(nameless[0])!r} has none.")
+    names = [entry.get("name") for entry in listed] if "conditions" in table else []
+    for name, entry in zip(names, listed, strict=False):
+        if not name or not isinstance(name, str):
+            raise DescriptionError(f"Each of the conditions needs a name, a text; {dict(entry)!r} has none.")
     return [flattened(entry) for entry in listed]
 
 
@@ -134,33 +144,44 @@ def _points(grid: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
         yield dict(zip(axes, values, strict=True))
 
 
-def _name(own: str | None, drawn: Mapping[str, Any], point: Mapping[str, Any]) -> str:
-    label = ", ".join(f"{key.rpartition('.')[2]} {_said(value)}" for key, value in {**drawn, **point}.items())
-    return ", ".join(filter(None, [own, label])) or "all"
+def _labels(changes: Mapping[str, Any]) -> list[str]:
+    return [f"{key.rpartition('.')[2]} {_said(value)}" for key, value in changes.items()]
 
 
 def _said(value: Any) -> str:
     if isinstance(value, Mapping):
-        return str(value.get("kind", value))
-    if isinstance(value, float):
-        return f"{value:.4g}"
+        return " ".join([str(value.get("kind", "")), *_labels({k: v for k, v in value.items() if k != "kind"})])
     return "x".join(map(_said, value)) if isinstance(value, list) else str(value)
 
 
 # -- random draws ------------------------------------------------------------------------------------------------------
 
 
-def _draws(sweep: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Random draws of a sweep; one without keys if there is none."""
+def _draws(sweep: Mapping[str, Any]) -> list[tuple[list[str], dict[str, Any]]]:
+    """Random draws of a sweep, with what to call each; one without keys or name if there is none.
+
+    Draws are counted, since values may be drawn twice.
+    """
     if not sweep:
-        return [{}]
+        return [([], {})]
     table = dict(sweep)
     draws, seed = table.pop("draws", None), table.pop("seed", 0)
-    if not isinstance(draws, int) or draws < 1:
+    if not isinstance(draws, int) or isinstance(draws, bool) or draws < 1:
         raise DescriptionError(f"sweep: draws = {draws!r} must say how many conditions are drawn, such as 20.")
+    if not isinstance(seed, int) or seed < 0:
+        raise DescriptionError(f"sweep: seed = {seed!r} must be a whole number from 0 up.")
+    if not table:
+        raise DescriptionError(
+            "sweep: name what is drawn by its key, such as babbling.speed = {low = 0.1, high = 0.8}."
+        )
     rng = np.random.default_rng(seed)
     spaces = {key: space_of(key, space) for key, space in distributions(table).items()}
-    return [{key: _drawn(space, rng) for key, space in spaces.items()} for _ in range(draws)]
+    found = [{key: _drawn(space, rng) for key, space in spaces.items()} for _ in range(draws)]
+    return [([f"draw {k}", *_labels(_short(drawn))], drawn) for k, drawn in enumerate(found)]
+
+
+def _short(drawn: Mapping[str, Any]) -> dict[str, Any]:
+    return {key: f"{value:.4g}" if isinstance(value, float) else value for key, value in drawn.items()}
 
 
 def distributions(table: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
@@ -175,23 +196,20 @@ def distributions(table: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
 
 
 def space_of(key: str, space: Any) -> dict[str, Any]:
-    """A distribution: {low, high} with log = true or step, or {choices}; a list is a choice.
+    """A distribution: {low, high}, with log = true or not, or {choices}; a list is a choice.
 
     Raises:
         DescriptionError: it is none.
     """
-    if isinstance(space, list):
-        space = {"choices": space}
-    if isinstance(space, Mapping):
-        if space.keys() == {"choices"} and isinstance(space["choices"], list) and space["choices"]:
-            return dict(space)
-        low, high = space.get("low"), space.get("high")
-        if not isinstance(low, int | float) or not isinstance(high, int | float):
-            numbers = False
-        else:
-            numbers = low < high and (not space.get("log") or low > 0)
-        if numbers and not space.keys() - {"low", "high", "log"}:
-            return dict(space)
+    found: Any = {"choices": space} if isinstance(space, list) else space
+    if isinstance(found, Mapping):
+        if found.keys() == {"choices"} and isinstance(found["choices"], list) and found["choices"]:
+            return dict(found)
+        low: Any = found.get("low")
+        high: Any = found.get("high")
+        numbers = isinstance(low, int | float) and isinstance(high, int | float)
+        if numbers and low < high and (not found.get("log") or low > 0) and not found.keys() - {"low", "high", "log"}:
+            return dict(found)
     raise DescriptionError(
         f"{key} = {space!r} is no distribution. Write {{low = 0.1, high = 0.8}}, with log = true for a logarithmic "
         "scale (low must be over 0), or a list of choices. Whole numbers as bounds give whole numbers."
@@ -203,8 +221,8 @@ def _drawn(space: Mapping[str, Any], rng: np.random.Generator) -> Any:
         choices: Sequence[Any] = space["choices"]
         return choices[int(rng.integers(len(choices)))]
     low, high = space["low"], space["high"]
-    if isinstance(low, int) and isinstance(high, int):
-        return int(rng.integers(low, high + 1))
+    whole = isinstance(low, int) and isinstance(high, int)
     if space.get("log"):
-        return float(np.exp(rng.uniform(np.log(low), np.log(high))))
-    return float(rng.uniform(low, high))
+        drawn = float(np.exp(rng.uniform(np.log(low), np.log(high))))
+        return round(drawn) if whole else drawn
+    return int(rng.integers(low, high + 1)) if whole else float(rng.uniform(low, high))

@@ -10,7 +10,7 @@ import importlib
 import json
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -50,7 +50,6 @@ class Search:
         seed: of the optimiser.
         start: settings that are tried first.
         ceilings: whether ceilings are computed.
-        every: changes of all proposals.
     """
 
     name: str
@@ -64,12 +63,11 @@ class Search:
     seed: int = 0
     start: tuple[Mapping[str, Any], ...] = ()
     ceilings: bool = False
-    every: Mapping[str, Any] = field(default_factory=dict)
 
     def condition(self, number: int, point: Mapping[str, Any]) -> Condition:
         """The condition of a proposal."""
         name = f"trial {number:03d}"
-        return Condition(name, changed(self.base, {**self.every, **point}, f"The {name}"), self.seeds, point)
+        return Condition(name, changed(self.base, point, f"The {name}"), self.seeds, point)
 
 
 def searched(table: Mapping[str, Any]) -> Search:
@@ -97,7 +95,7 @@ def searched(table: Mapping[str, Any]) -> Search:
     named_loss(str(own.get("loss", "")))
     found = Search(
         name=str(table.get("name", "search")),
-        base=changed(base_of(table), {"eye": "geometric"}),
+        base=changed(changed(base_of(table), {"eye": "geometric"}), flattened(table.get("every", {})), "every"),
         space=space,
         seeds=seeds_of(table.get("seeds", 1), table.get("seed", 0)),
         trials=int(trials or 0),
@@ -107,7 +105,6 @@ def searched(table: Mapping[str, Any]) -> Search:
         seed=int(own.get("seed", 0)),
         start=tuple(flattened(point) for point in own.get("start", ())),
         ceilings=bool(table.get("ceilings", False)),
-        every=flattened(table.get("every", {})),
     )
     for number, point in enumerate(found.start):
         if missing := found.space.keys() ^ point.keys():

@@ -6,17 +6,17 @@ import fcntl
 import platform
 import shutil
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
 from pathlib import Path
 from time import perf_counter, process_time
 from typing import Any, NamedTuple
 
 from somatopy.analysis.cells import measures
-from somatopy.analysis.runs import Run
+from somatopy.analysis.runs import Run, RunFolderError
 from somatopy.api import fork, resume, run
 from somatopy.experiment.description import Description, DescriptionError, validated
-from somatopy.experiment.run_folder import CHECKPOINT, DESCRIPTION
+from somatopy.experiment.run_folder import CHECKPOINT
 from somatopy.experiment.session import Session
 from somatopy.studies.plan import Cell
 
@@ -101,13 +101,15 @@ def _run(task: Task, experiment: Description, folder: Path, scratch: Path) -> Ru
     if (folder / CHECKPOINT).exists():
         try:
             return resume(folder, **quiet)
-        except DescriptionError:  # of another code, or broken: begin again
+        except (DescriptionError, RunFolderError):  # of another code, or broken: begin again
             pass
     shutil.rmtree(folder, ignore_errors=True)
     if task.training is not None:
         trained = _trained(_described(task.training), scratch / f"training-{task.trunk}")
         if trained is not None:
-            return fork(trained, experiment, 0, folder, **quiet)
+            with suppress(DescriptionError):  # written before code changed that it does not need: do without it
+                return fork(trained, experiment, 0, folder, **quiet)
+            shutil.rmtree(folder, ignore_errors=True)
     return run(experiment, folder, **quiet)
 
 
@@ -121,9 +123,9 @@ def _trained(training: Description, folder: Path) -> Path | None:
             try:
                 resume(folder, progress=False, ceiling=False, maps=False)
                 return folder
-            except DescriptionError:
+            except (DescriptionError, RunFolderError):
                 pass
-        if (folder / DESCRIPTION).exists() and not (folder / CHECKPOINT).exists():
+        elif (folder / "summary.json").exists():
             return None
         shutil.rmtree(folder, ignore_errors=True)
         run(training, folder, progress=False, ceiling=False, maps=False)

@@ -45,7 +45,8 @@ def _serve(answers: IO[str], scratch: Path) -> None:
     for line in sys.stdin:
         answer: dict[str, Any]
         try:
-            answer = {"rows": work(Task(*json.loads(line)), scratch)}
+            task = Task(*json.loads(line))._replace(keep=True)  # until the driver has written its rows
+            answer = {"rows": work(task, scratch)}
         except (Interrupted, KeyboardInterrupt):
             return
         except BaseException as error:
