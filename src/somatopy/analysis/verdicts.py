@@ -38,6 +38,8 @@ __all__ = ["CLAIMS", "LEVEL_DISTORTION", "LEVEL_SLOPE", "ClaimOverSeeds", "Judge
 
 #: Margins of "level", fixed beforehand: a tenth of a distortion; 6 hits a window, 2 points of rate in 72 minutes.
 LEVEL_DISTORTION, LEVEL_SLOPE = 0.1, 6.0
+#: Levels change with time: they are set beside the paper's over at least this share of its time.
+LONG_ENOUGH = 0.9
 
 Rule = Literal["above", "below", "within", "level", "near"]
 Verdict = Literal["holds", "does not hold", "cannot tell"]
@@ -53,7 +55,7 @@ class ClaimOverSeeds:
         measure: the number of each seed that decides.
         rule: "above" and "below": the 95 % interval of the mean lies on that side of `low`; "within": between `low` and
             `high`; "level": equivalence to 0, with `high` as the margin; "near": `paper` lies where one more seed would
-            fall.
+            fall, which is asked only of runs that are about as long as the paper's.
         low: see `rule`.
         high: see `rule`.
         form: format of the numbers.
@@ -132,6 +134,15 @@ def judge_over_seeds(
     ]
     corrected = holm({each.claim.key: each.p for each in judged})
     return [replace(each, p_holm=corrected[each.claim.key]) for each in judged]
+
+
+def _numbers(claim: ClaimOverSeeds, result: StudyResult, condition: str) -> BySeed:
+    """The claim's number of each seed; where it is set beside the paper's level, of runs that are as long."""
+    values = claim.measure(result, condition)
+    if claim.rule != "near":
+        return values
+    frames = result.values(condition, "frames", 0)
+    return {seed: value for seed, value in values.items() if frames[seed] >= LONG_ENOUGH * PAPER_FRAMES[0]}
 
 
 def _judged(claim: ClaimOverSeeds, values: BySeed, chance: BySeed | None) -> Judged:
