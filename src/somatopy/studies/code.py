@@ -25,7 +25,7 @@ from somatopy.experiment.description import Description
 from somatopy.experiment.provenance import digest, meaning, versions
 from somatopy.registry import Settings
 
-__all__ = ["code_digest", "modules_of"]
+__all__ = ["code_digest", "modules_of", "packages", "places"]
 
 _ROOTS = ("somatopy.experiment.session", "somatopy.experiment.run_folder", "somatopy.experiment.ceiling")
 _ABOVE = frozenset({"analysis", "api", "studies", "cli", "viewer", "envs"})
@@ -35,8 +35,13 @@ _PACKAGES = ("numpy", "numba", "mujoco", "opencv-python-headless")
 def code_digest(description: Description) -> str:
     """A digest of the code that runs a description, and of the versions of the packages that its frames depend on."""
     sources = "".join(f"{name}\n{_meaning(path)}" for name, path in sorted(modules_of(description).items()))
+    return digest(sources + _robots(description) + repr([*packages().items()]))
+
+
+def packages() -> dict[str, str]:
+    """Versions of the packages that frames depend on."""
     there = versions()
-    return digest(sources + _robots(description) + repr([(name, there[name]) for name in _PACKAGES]))
+    return {name: there[name] for name in _PACKAGES}
 
 
 def modules_of(description: Description) -> dict[str, Path]:
@@ -45,7 +50,7 @@ def modules_of(description: Description) -> dict[str, Path]:
     Returns:
         Files by dotted name. Packages that only gather names of their modules are left out.
     """
-    waiting = [*_ROOTS, *dict.fromkeys(_places(description))]
+    waiting = [*_ROOTS, *dict.fromkeys(places(description))]
     folders = {folder for name in waiting if not name.startswith("somatopy.") and (folder := _home(name))}
     found: dict[str, Path] = {}
     while waiting:
@@ -168,7 +173,7 @@ def _passed_on(path: Path, package: str, name: str) -> tuple[str, str] | None:
     return None
 
 
-def _places(value: Any) -> Iterator[str]:
+def places(value: Any) -> Iterator[str]:
     """The modules of all settings in a description."""
     if isinstance(value, Settings):
         yield type(value).__module__
@@ -178,4 +183,4 @@ def _places(value: Any) -> Iterator[str]:
     else:
         inner = value if isinstance(value, tuple) else ()
     for entry in inner:
-        yield from _places(entry)
+        yield from places(entry)
