@@ -68,7 +68,13 @@ def write_own(folder: Path) -> Path:
 
 
 @pytest.fixture(scope="module")
-def ran(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def here(tmp_path_factory: pytest.TempPathFactory) -> StudyResult:
+    """The study as this machine runs it; what it compiles travels to the nodes with the sources."""
+    return study(planned(TWO_NODES.COMPARED), out=tmp_path_factory.mktemp("here"), progress=False)
+
+
+@pytest.fixture(scope="module")
+def ran(tmp_path_factory: pytest.TempPathFactory, here: StudyResult) -> Path:
     """The folder in which both studies have run on two nodes."""
     folder = tmp_path_factory.mktemp("cluster")
     path = [str(Path(somatopy.__file__).parents[1]), str(write_own(folder).parent), *filter(None, sys.path)]
@@ -90,11 +96,11 @@ def measured(result: StudyResult) -> list[dict[str, Any]]:
 
 
 @pytest.mark.cluster
-def test_the_table_is_the_local_one_though_a_node_was_lost(ran: Path, tmp_path: Path) -> None:
+def test_the_table_is_the_local_one_though_a_node_was_lost(ran: Path, here: StudyResult) -> None:
     """A node is lost while it runs a cell; the other one runs all that is left, and that cell again."""
     found = json.loads((ran / "found.json").read_text())
     assert found["lost"] and not {*found["lost"]} & {*found["ended before"]}
-    there, here = load_study(ran / "compared"), study(planned(TWO_NODES.COMPARED), out=tmp_path / "out", progress=False)
+    there = load_study(ran / "compared")
     assert there.failures == [] and here.failures == []
     assert len({row["key"] for row in measured(there)}) == 8
     assert measured(there) == measured(here)

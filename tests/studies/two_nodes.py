@@ -62,11 +62,16 @@ class Node:
     def __init__(self, folder: Path, *where: str) -> None:
         self.temp = folder
         folder.mkdir()
-        options = ["--node-ip-address=127.0.0.1", "--num-cpus=1", "--object-store-memory=80000000"]
+        options = [
+            "--node-ip-address=127.0.0.1",
+            "--num-cpus=1",
+            "--object-store-memory=80000000",
+            "--disable-usage-stats",
+        ]
         with (folder / "ray.log").open("w") as log:
             self.process = subprocess.Popen(
                 [sys.executable, "-m", "ray.scripts.scripts", "start", *where, *options, "--block"],
-                env={**os.environ, **_SOON, "TMPDIR": str(folder), "RAY_USAGE_STATS_ENABLED": "0"},
+                env={**os.environ, **_SOON, "TMPDIR": str(folder), "XDG_CACHE_HOME": str(folder)},
                 stdout=log,
                 stderr=log,
             )
