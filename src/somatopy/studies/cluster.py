@@ -157,10 +157,8 @@ def modules_for(study: Study) -> list[Path]:
     A cell's key tells the code that runs it, so that somatopy travels even where it is installed. Of installed packages
     only those travel that are named in a description.
     """
-    import somatopy
-
     installed = {Path(sysconfig.get_path(name)) for name in ("purelib", "platlib")}
-    found = {"somatopy": Path(somatopy.__file__).parent}
+    found = {"somatopy": Path(__file__).parents[1]}
     for condition in study.conditions:
         for name in {*modules_of(condition.experiment), *places(condition.experiment)}:
             top = name.partition(".")[0]
