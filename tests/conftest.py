@@ -1,10 +1,12 @@
-"""Hypothesis without a clock; the markers `gl`, `osmesa` and `browser`: no test is skipped in silence."""
+"""Hypothesis without a clock; the markers `gl`, `osmesa`, `browser` and `cluster`: no test is skipped in silence."""
 
 from __future__ import annotations
 
 import ctypes
+import importlib.util
 import os
 import shutil
+import subprocess
 from collections.abc import Generator
 from functools import cache
 
@@ -15,7 +17,10 @@ settings.register_profile("somatopy", deadline=None, derandomize=True)
 settings.load_profile("somatopy")
 
 #: Why tests of each marker are skipped, where they are.
-REASONS = {"gl": "needs OpenGL", "osmesa": "needs OSMesa", "browser": "needs Chromium"}
+REASONS = {"gl": "needs OpenGL", "osmesa": "needs OSMesa", "browser": "needs Chromium", "cluster": "needs Ray nodes"}
+
+#: A command in a network of its own, where only the loopback is. Who is not root is so in a user namespace only.
+NAMESPACE = ("unshare", "--net") if os.geteuid() == 0 else ("unshare", "--map-root-user", "--net")
 
 
 @cache
@@ -49,6 +54,24 @@ def why_no_browser() -> str | None:
     return f"Not installed: {', '.join(missing)}; on Debian: apt-get install chromium chromium-driver."
 
 
+@cache
+def why_no_namespace() -> str | None:
+    """Why there can be no network of its own for two Ray nodes, or None if there can."""
+    try:
+        done = subprocess.run([*NAMESPACE, "true"], capture_output=True, text=True, check=False)
+    except OSError as error:
+        return f"unshare cannot be called ({error}); on Debian: apt-get install util-linux."
+    return f"{' '.join(NAMESPACE)} is not allowed here: {done.stderr.strip()}." if done.returncode else None
+
+
+@cache
+def why_no_cluster() -> str | None:
+    """Why no Ray nodes can be started, or None if they can."""
+    if importlib.util.find_spec("ray") is None:
+        return 'Ray is not installed: pip install "somatopy[cluster]".'
+    return why_no_namespace()
+
+
 @pytest.fixture(autouse=True, scope="session")
 def cache_of_its_own(tmp_path_factory: pytest.TempPathFactory) -> Generator[None, None, None]:
     """No test writes to the user's cache folder, or reads what is there."""
@@ -67,6 +90,10 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
         if os.environ.get("CI") == "true":
             pytest.fail(f"CI=true allows no skip. {why_no_browser()}", pytrace=False)
         pytest.skip(REASONS["browser"])
+    if item.get_closest_marker("cluster") is not None and why_no_cluster() is not None:
+        if os.environ.get("CI") == "true" and why_no_namespace() is None:
+            pytest.fail(f"CI=true allows no skip. {why_no_cluster()}", pytrace=False)
+        pytest.skip(REASONS["cluster"])
     if item.get_closest_marker("osmesa") is not None and why_no_osmesa() is not None:
         pytest.skip(REASONS["osmesa"])
 
@@ -79,6 +106,7 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> Genera
     missing = {marker: sum(reason in said for said in skipped) for marker, reason in REASONS.items()}
     if any(missing.values()):
         terminalreporter.section("TESTS THAT DID NOT RUN", red=True, bold=True)
-    for marker, why in (("gl", why_no_gl), ("osmesa", why_no_osmesa), ("browser", why_no_browser)):
+    reasons = {"gl": why_no_gl, "osmesa": why_no_osmesa, "browser": why_no_browser, "cluster": why_no_cluster}
+    for marker, why in reasons.items():
         if missing[marker]:
             terminalreporter.line(f"{missing[marker]} tests did not run. {why()}", red=True)

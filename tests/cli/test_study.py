@@ -43,7 +43,7 @@ def test_a_study_that_has_ended_is_told_again(folder: Path, capsys: Captured) ->
     args = ["study", str(folder / "file.toml"), "--out", str(folder / "out")]
     assert main(args) == 0
     printed = capsys.readouterr()
-    assert "phase" in printed.out and "hand seen" in printed.out
+    assert "damage none" in printed.out and "hand seen" in printed.out
     assert printed.err.startswith("Eye: geometric, a model of the detector. With --eye fiducial")
     assert f"Table of all cells: {folder / 'out' / CELLS}" in printed.err
     assert main([*args, "--json"]) == 0

@@ -107,3 +107,9 @@ def test_errors_name_key_value_and_choices(changes: dict[str, Any], said: str) -
     with pytest.raises(DescriptionError) as caught:
         changed(paper(), changes, "S")
     assert str(caught.value).startswith(said)
+
+
+def test_a_kind_is_chosen_before_its_settings() -> None:
+    """Also where a setting comes first in the alphabet, as "head" does before "kind"."""
+    found: Any = changed(paper(), {"learner.head": [0.1, 0.2], "learner.kind": "fixed"}).learner
+    assert (found.kind, found.head) == ("fixed", (0.1, 0.2))

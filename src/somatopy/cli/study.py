@@ -16,6 +16,7 @@ from somatopy.analysis.comparison_table import text_table
 from somatopy.cli.mirror import mark
 from somatopy.cli.run import note
 from somatopy.experiment import DescriptionError
+from somatopy.studies.api import backend_for
 from somatopy.studies.driver import perform
 from somatopy.studies.estimate import estimate
 from somatopy.studies.plan import Study
@@ -89,7 +90,7 @@ def carry_out(study: Study, flags: Any) -> int:
         print(json.dumps(found.table()) if flags.json else found.text())
         return 0
     say_eye(study)
-    result = perform(study, flags.out, processes=flags.processes)
+    result = perform(study, flags.out, processes=flags.processes, backend=backend_for(study, flags.ray))
     if flags.json:
         print(json.dumps(table_of(result)))
     else:

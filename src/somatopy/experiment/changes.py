@@ -38,7 +38,7 @@ def changed(
     """
     words = {key.strip().replace("-", "_"): value for keys, value in changes.items() for key in keys.split("+")}
     table = _lists(flagged({key: words[key] for key in SHORT_WORDS if key in words}, description, "damage ="))
-    for key in sorted(words.keys() - {*SHORT_WORDS, "control"}, key=lambda key: (key.count("."), key)):
+    for key in sorted(words.keys() - {*SHORT_WORDS, "control"}, key=_depth):
         _set(table, key, words[key])
     found = validated(table, source)
     control = words.get("control", "none")
@@ -47,6 +47,11 @@ def changed(
     if control not in CONTROLS:
         raise DescriptionError(f"control = {control!r} is unknown; choose none or one of {', '.join(CONTROLS)}.")
     return CONTROLS[control](found)
+
+
+def _depth(key: str) -> tuple[int, str]:
+    """In which order keys are set: a part before its settings, which another kind would undo."""
+    return key.count(".") - key.endswith(".kind"), key
 
 
 def _lists(value: Any) -> Any:

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 from somatopy.analysis.cells import StudyResult
 from somatopy.experiment.changes import changed
 from somatopy.experiment.description import Description, DescriptionError
-from somatopy.studies.driver import perform
+from somatopy.studies.driver import Backend, perform
 from somatopy.studies.plan import Condition, Study, seeds_of
 from somatopy.studies.reading import load_plan, planned
 
-__all__ = ["study"]
+__all__ = ["backend_for", "study"]
 
 
 def study(
@@ -24,9 +24,10 @@ def study(
     eye: str | None = "geometric",
     out: str | Path | None = None,
     processes: int | None = None,
+    ray: str | None = None,
     progress: bool = True,
 ) -> StudyResult:
-    """Run many experiments, each under many seeds, in processes of this machine.
+    """Run many experiments, each under many seeds, in processes of this machine or on a Ray cluster.
 
     Args:
         what: a study file (TOML), a study, or descriptions by the name of their condition.
@@ -36,13 +37,15 @@ def study(
             detector and hundreds of times as fast. None leaves each description its own.
         out: the study folder: new, empty, or one from which to go on; runs/<time>_<name> if None.
         processes: how many processes work; as many as there are cores if None.
+        ray: the address of a Ray cluster on which the cells run, as docs/studies.md explains; this machine if None.
         progress: whether to show how far it is, on standard error.
 
     Returns:
         The study folder, opened: its `table` has one row for each phase of each run.
 
     Raises:
-        DescriptionError: something cannot be run, or the folder cannot be used; nothing has run then.
+        DescriptionError: something cannot be run, the folder cannot be used, or no Ray cluster answers;
+            nothing has run then.
         Interrupted: on Ctrl-C; what has ended is kept, and the same call goes on.
     """
     if isinstance(what, str | Path):
@@ -51,7 +54,20 @@ def study(
         plan = what
     else:
         plan = Study("study", tuple(_conditions(what, seeds_of(seeds, seed), eye)))
-    return perform(plan, out, processes=processes, progress=progress)
+    return perform(plan, out, processes=processes, backend=backend_for(plan, ray), progress=progress)
+
+
+def backend_for(plan: Study, ray: str | None) -> Callable[[Path], Backend] | None:
+    """What `perform` needs for a Ray cluster at an address; None for this machine.
+
+    Raises:
+        DescriptionError: see `on_cluster`.
+    """
+    if ray is None:
+        return None
+    from somatopy.studies.cluster import on_cluster
+
+    return on_cluster(plan, ray)
 
 
 def _conditions(described: Mapping[str, Description], seeds: tuple[int, ...], eye: str | None) -> list[Condition]:

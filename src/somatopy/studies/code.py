@@ -25,7 +25,7 @@ from somatopy.experiment.description import Description
 from somatopy.experiment.provenance import digest, meaning, versions
 from somatopy.registry import Settings
 
-__all__ = ["code_digest", "modules_of"]
+__all__ = ["code_digest", "modules_of", "packages", "places"]
 
 _ROOTS = ("somatopy.experiment.session", "somatopy.experiment.run_folder", "somatopy.experiment.ceiling")
 _ABOVE = frozenset({"analysis", "api", "studies", "cli", "viewer", "envs"})
@@ -37,16 +37,21 @@ def code_digest(description: Description) -> str:
     """A digest of the code that runs a description, and of the versions of the packages that its frames depend on."""
     named = (value for value in vars(description.body).values() if isinstance(value, str | Path))
     return _digest(
-        tuple(dict.fromkeys(_places(description))), tuple(path for path in map(Path, named) if path.is_file())
+        tuple(dict.fromkeys(places(description))), tuple(path for path in map(Path, named) if path.is_file())
     )
 
 
 @cache
-def _digest(places: tuple[str, ...], robots: tuple[Path, ...]) -> str:
+def _digest(modules: tuple[str, ...], robots: tuple[Path, ...]) -> str:
     """A digest for all descriptions whose settings stand in the same modules and whose robot has the same files."""
-    sources = "".join(f"{name}\n{_meaning(path)}" for name, path in sorted(_modules(places).items()))
+    sources = "".join(f"{name}\n{_meaning(path)}" for name, path in sorted(_modules(modules).items()))
+    return digest(sources + _robots(robots) + repr([*packages().items()]))
+
+
+def packages() -> dict[str, str]:
+    """Versions of the packages that frames depend on."""
     there = versions()
-    return digest(sources + _robots(robots) + repr([(name, there[name]) for name in _PACKAGES]))
+    return {name: there[name] for name in _PACKAGES}
 
 
 def modules_of(description: Description) -> dict[str, Path]:
@@ -55,11 +60,11 @@ def modules_of(description: Description) -> dict[str, Path]:
     Returns:
         Files by dotted name. Packages that only gather names of their modules are left out.
     """
-    return _modules(dict.fromkeys(_places(description)))
+    return _modules(dict.fromkeys(places(description)))
 
 
-def _modules(places: Iterable[str]) -> dict[str, Path]:
-    waiting = [*_ROOTS, *places]
+def _modules(named: Iterable[str]) -> dict[str, Path]:
+    waiting = [*_ROOTS, *named]
     own = [name for name in waiting if not name.startswith("somatopy.")]
     tops, folders = {name.partition(".")[0] for name in own}, {folder for name in own if (folder := _home(name))}
     found: dict[str, Path] = {}
@@ -185,7 +190,7 @@ def _passed_on(path: Path, package: str, name: str) -> tuple[str, str] | None:
     return None
 
 
-def _places(value: Any) -> Iterator[str]:
+def places(value: Any) -> Iterator[str]:
     """The modules of all settings in a description."""
     if isinstance(value, Settings):
         yield type(value).__module__
@@ -195,4 +200,4 @@ def _places(value: Any) -> Iterator[str]:
     else:
         inner = value if isinstance(value, tuple) else ()
     for entry in inner:
-        yield from _places(entry)
+        yield from places(entry)

@@ -16,7 +16,7 @@ from somatopy.studies.folder import StudyFolder
 from somatopy.studies.local import Local, Outcome
 from somatopy.studies.plan import Cell, Study
 from somatopy.studies.progress import StudyProgress
-from somatopy.studies.work import Task
+from somatopy.studies.task import Task
 
 __all__ = ["Backend", "Queue", "perform"]
 
@@ -30,8 +30,12 @@ class Backend(Protocol):
         """Start a cell; fewer than `capacity` are under way."""
         ...
 
-    def next(self) -> Outcome:
-        """Wait until a cell ends."""
+    def next(self) -> Outcome | None:
+        """Wait until a cell ends; None if none has, and the capacity may have changed."""
+        ...
+
+    def forget(self, trunk: str) -> None:
+        """Remove a shared first phase that no cell needs any more."""
         ...
 
     def close(self) -> None:
@@ -102,6 +106,8 @@ def _work_off(
         while queue.waiting and len(queue.under_way) < runner.capacity:
             runner.submit(queue.take())
         outcome = runner.next()
+        if outcome is None:
+            continue
         cell = queue.ended(outcome.key)
         if outcome.rows is None:
             failures.append({"condition": cell.condition, "seed": cell.seed, "key": cell.key, "cause": outcome.cause})
@@ -109,8 +115,8 @@ def _work_off(
             folder.append(cell, outcome.rows)
             if not queue.keep:
                 shutil.rmtree(folder.scratch / cell.key, ignore_errors=True)
-        for name in queue.no_longer_shared(cell):
-            shutil.rmtree(folder.scratch / name, ignore_errors=True)
+        for trunk in queue.no_longer_shared(cell):
+            runner.forget(trunk)
         if shown:
             shown.ended(cell, outcome)
 
@@ -162,9 +168,9 @@ class Queue:
         return cell
 
     def no_longer_shared(self, cell: Cell) -> list[str]:
-        """Folders that no cell will need any more, now that this one has ended."""
+        """First phases that no cell will need any more, now that this one has ended."""
         others = [*self.waiting, *self.under_way.values()]
-        return [] if any(other.trunk == cell.trunk for other in others) else [f"training-{cell.trunk}"]
+        return [] if any(other.trunk == cell.trunk for other in others) else [cell.trunk]
 
     def _shared(self, cell: Cell) -> set[str]:
         """Names of what a cell shares with others."""

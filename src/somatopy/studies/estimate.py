@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
-from time import perf_counter
+from time import process_time
 from typing import Any
 
 from somatopy.clock import WINDOW
@@ -16,7 +16,7 @@ from somatopy.studies.plan import Cell, Study
 __all__ = ["Estimate", "estimate"]
 
 _TRIAL = 300
-#: Wall time of ceiling and reactive bound by frame, s: docs/studies.md says how it was measured.
+#: Processor time of ceiling and reactive bound by frame, s: docs/studies.md says how it was measured.
 _CEILING_S = 40e-6
 #: Measured sizes, bytes: a process at work, a window of recorded frames, the rows of a cell.
 _MEMORY, _WINDOW_BYTES, _ROW_BYTES = 450e6, 450e3, 6e3
@@ -109,11 +109,11 @@ def _sort(experiment: Description) -> tuple[str, ...]:
 def _seconds_a_frame(experiment: Description) -> float:
     """By a short trial; the first frames, which compile, do not count."""
     with Session(experiment) as session:
-        began, counted = perf_counter(), 0
+        began, counted = process_time(), 0
         for frame in session:
             if frame.number == _TRIAL // 3:
-                began = perf_counter()
+                began = process_time()
             counted = frame.number - _TRIAL // 3
             if frame.number == _TRIAL:
                 break
-        return (perf_counter() - began) / counted if counted > 0 else 0.0
+        return (process_time() - began) / counted if counted > 0 else 0.0

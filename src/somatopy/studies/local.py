@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import selectors
+import shutil
 import signal
 import subprocess
 import sys
@@ -12,7 +13,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from somatopy.studies.work import Task
+from somatopy.studies.task import Task
 
 __all__ = ["Local", "Outcome"]
 
@@ -46,7 +47,7 @@ class _Process:
 
     def __init__(self, number: int, scratch: Path) -> None:
         self.key = ""
-        self.log = scratch / f"worker-{number}.log"
+        self.log = scratch / f"worker-{os.getpid()}-{number}.log"  # several may share the folder
         with self.log.open("ab") as log:
             self.popen = subprocess.Popen(
                 [sys.executable, "-m", "somatopy.studies.worker"],
@@ -142,6 +143,10 @@ class Local:
             ready.end()
             self._processes.remove(ready)
         return outcome
+
+    def forget(self, trunk: str) -> None:
+        """Remove a shared first phase that no cell needs any more."""
+        shutil.rmtree(self._scratch / f"training-{trunk}", ignore_errors=True)
 
     def close(self) -> None:
         """End all processes; those that run a cell keep a checkpoint of it."""

@@ -10,7 +10,7 @@ from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
 from pathlib import Path
 from time import perf_counter, process_time
-from typing import Any, NamedTuple
+from typing import Any
 
 from somatopy.analysis.cells import measures
 from somatopy.analysis.runs import Run, RunFolderError
@@ -18,45 +18,9 @@ from somatopy.api import fork, resume, run
 from somatopy.experiment.description import Description, DescriptionError, validated
 from somatopy.experiment.run_folder import CHECKPOINT
 from somatopy.experiment.session import Session
-from somatopy.studies.plan import Cell
+from somatopy.studies.task import Task
 
 __all__ = ["Task", "work"]
-
-
-class Task(NamedTuple):
-    """What a process needs to know in order to run a cell: plain data.
-
-    Attributes:
-        key: of the cell.
-        experiment: the description.
-        training: the description of its first phase, if other cells share it; else None.
-        trunk: the name under which that phase is kept.
-        movement: the name of the arm's movement, if other cells share it; else None.
-        ceiling: whether the ceiling is computed.
-        keep: whether the run folder stays.
-    """
-
-    key: str
-    experiment: dict[str, Any]
-    training: dict[str, Any] | None
-    trunk: str
-    movement: str | None
-    ceiling: bool
-    keep: bool
-
-    @classmethod
-    def of(cls, cell: Cell, shares_training: bool, shares_movement: bool, keep: bool = False) -> Task:
-        """The task of a cell."""
-        training = cell.training if shares_training else None
-        return cls(
-            cell.key,
-            cell.experiment.model_dump(mode="json"),
-            training.model_dump(mode="json") if training else None,
-            cell.trunk,
-            cell.movement if shares_movement else None,
-            cell.ceiling,
-            keep,
-        )
 
 
 def work(task: Task, scratch: Path) -> list[dict[str, Any]]:
@@ -79,13 +43,13 @@ def work(task: Task, scratch: Path) -> list[dict[str, Any]]:
         with _alone(scratch / f"movement-{task.movement}"), Session(experiment) as session:
             session.share_arm(compute=True)
     done = _run(task, experiment, folder, scratch)
-    rows = measures(done)
+    rows, peak = measures(done), (done.cost or {}).get("peak_memory_bytes")
     if not task.keep:
         shutil.rmtree(folder)
     cost = {
         "wall_s": perf_counter() - began,
         "cpu_s": process_time() - processor,
-        "peak_memory_bytes": (done.cost or {}).get("peak_memory_bytes"),
+        "peak_memory_bytes": peak,
         "host": platform.node(),
         "finished": datetime.now(UTC).isoformat(timespec="seconds"),
     }
