@@ -3,9 +3,9 @@
     python docs/make_calibration.py            go on with whatever is not finished, then write the page
     python docs/make_calibration.py --page     write the page from the tables that are there
 
-Four stages, each a study whose folder lies in studies/, and no seed is in two of them: *search* (kinematic motion,
-geometric eye), *choose* among those that came near, *confirm* with physics, *rendered* with physics and the real
-detector on the first seeds of *confirm*. Each goes on where it was stopped.
+Two stages, each a study whose folder lies in studies/: *search* (kinematic motion, geometric eye), and *choose* among
+those that came near (with physics). They are confirmed by the studies of docs/make_reproduction.py, with physics, and
+with rendered pictures. No seed is in two of them. Each goes on where it was stopped.
 """
 
 from __future__ import annotations
@@ -29,38 +29,28 @@ from somatopy.studies.search import LOSSES_FILE, search, searched
 
 ROOT = Path(__file__).parents[1]
 STUDIES = ROOT / "studies"
-SEARCH, CHOOSE, CONFIRM, RENDERED = (
-    STUDIES / f"calibration-{stage}" for stage in ("search", "choose", "confirm", "rendered")
-)
-CHOOSE_SEEDS, CONFIRM_SEEDS, RENDERED_SEEDS = range(1100, 1108), range(1200, 1210), range(1200, 1204)
+SEARCH, CHOOSE = (STUDIES / f"calibration-{stage}" for stage in ("search", "choose"))
+CONFIRM, RENDERED = STUDIES / "reproduction", STUDIES / "rendered"
+CHOOSE_SEEDS = range(1100, 1105)
 #: Of the search's proposals, so many at most are tried again on seeds of their own.
-MOST = 8
+MOST = 6
 PAGE = ROOT / "docs" / "calibration.md"
+#: The paper's protocol in the study that confirms.
+MAIN = "paper"
 
 
 def stages() -> None:
-    """All stages, each from where it was stopped."""
+    """Both stages, each from where it was stopped."""
     search(searched(load_plan(STUDIES / "calibration-search.toml")), SEARCH)
-    run(CHOOSE, "kinematic", "geometric", CHOOSE_SEEDS, candidates())
-    best = chosen()
-    run(CONFIRM, "dynamic", "geometric", CONFIRM_SEEDS, best)
-    run(RENDERED, "dynamic", "fiducial", RENDERED_SEEDS, best)
+    choose()
 
 
-def run(folder: Path, motion: str, eye: str, seeds: range, conditions: dict[str, dict[str, Any]]) -> None:
-    """One stage: settings by name, each under all seeds."""
-    perform(
-        planned(
-            {
-                "name": folder.name,
-                "seeds": list(seeds),
-                "ceilings": False,
-                "every": {"motion": motion, "eye": eye},
-                "conditions": [{"name": name, **settings} for name, settings in conditions.items()],
-            }
-        ),
-        folder,
-    )
+def choose() -> None:
+    """The second stage: the nearest proposals with physics, under seeds of its own."""
+    conditions = [{"name": name, **settings} for name, settings in candidates().items()]
+    every = {"motion": "dynamic", "eye": "geometric"}
+    table = {"name": CHOOSE.name, "preset": "paper-wide", "seeds": list(CHOOSE_SEEDS), "ceilings": False}
+    perform(planned({**table, "every": every, "conditions": conditions}), CHOOSE)
 
 
 def settings_of(folder: Path) -> dict[str, dict[str, Any]]:
@@ -109,11 +99,12 @@ def page() -> str:
                 count=len(within(result)),
             )
         )
-    if (CONFIRM / "study.toml").exists():
-        result = load_study(CONFIRM)
-        parts.append(CONFIRMED.format(table=confirmed(result), n=len(CONFIRM_SEEDS), claims=claims(result)))
-    if (RENDERED / "study.toml").exists() and load_study(RENDERED).conditions:
-        parts.append(IN_PICTURES.format(table=differences(load_study(CONFIRM), load_study(RENDERED))))
+    if (CONFIRM / "study.toml").exists() and MAIN in (result := load_study(CONFIRM)).conditions:
+        parts.append(
+            CONFIRMED.format(table=confirmed(result), n=len(result.values(MAIN, "rate")), claims=claims(result))
+        )
+        if (RENDERED / "study.toml").exists() and (pictures := load_study(RENDERED)).conditions:
+            parts.append(IN_PICTURES.format(table=differences(result, pictures)))
     return "\n".join(parts)
 
 
@@ -186,7 +177,7 @@ def shares(result: StudyResult) -> str:
 
 def claims(result: StudyResult) -> str:
     """Every claim with what the confirmation says to it."""
-    (name,) = result.conditions
+    name = MAIN
     rows = ["| claim | fitted | mean | 95 % interval | the paper | verdict |", "|---|---|---|---|---|---|"]
     for one in judge_over_seeds(result, name):
         form, interval = one.claim.form, one.interval
@@ -220,7 +211,7 @@ def differences(geometric: StudyResult, rendered: StudyResult) -> str:
     (name,) = rendered.conditions
     rows = ["| landmark | rendered less geometric | 95 % interval | p |", "|---|---|---|---|"]
     for mark in LANDMARKS:
-        found = paired(mark.value(rendered, name), mark.value(geometric, name))
+        found = paired(mark.value(rendered, name), mark.value(geometric, MAIN))
         one = found.interval
         p = "" if found.p is None else f"{found.p:.2g}"
         rows.append(f"| {mark.name} | {one.mean:+.4g} | {one.low:+.4g} to {one.high:+.4g} | {p} |")
@@ -250,11 +241,12 @@ which the maps measure them.
 
 {space}
 
-**The search** is optuna's tree-structured Parzen estimator: {trials} proposals, each under {seeds} seeds, of which the
-first {start} were given: settings that an earlier trial with a simpler simulation found, and the settings that the
-preset `paper` had until then. It runs on the geometric eye and kinematic motion, full length. The {most} nearest
-proposals within one scale of the best run again on eight other seeds; the one with the least loss there is chosen. It
-is confirmed on ten further seeds with physics, and on four of them with rendered pictures and the real detector.
+**The search** is optuna's tree-structured Parzen estimator: {trials} proposals, each under {seeds} seeds. The first
+{start} were given: settings that an earlier trial with a simpler simulation found, and those that the preset `paper`
+had until then, which is `paper-wide` now. It runs on the geometric eye and kinematic motion, full length. The {most}
+nearest proposals within one scale of the best run again with physics on five other seeds; the one with the least loss
+there is chosen. It is confirmed on thirty further seeds with physics, and on ten of them with rendered pictures and
+the real detector.
 """
 
 SEARCHED = """
@@ -268,7 +260,7 @@ The ten proposals that came nearest, with the distance to each landmark in scale
 CHOSEN = """
 ## The choice
 
-The same proposals on the seeds that choose:
+The same proposals with physics, on the seeds that choose:
 
 {table}
 
