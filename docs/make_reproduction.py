@@ -385,11 +385,12 @@ def draw(main: StudyResult) -> None:
 
 
 def save(name: str, drawn: object, main: StudyResult) -> None:
-    figure = Figure(figsize=(7.2, 3.4), layout="constrained")
+    figure = Figure(figsize=(7.2, 3.6), layout="constrained")
     axes = figure.subplots()
     drawn(axes, main)  # type: ignore[operator]
     axes.spines[["top", "right"]].set_visible(False)
     axes.set_xlabel("time (windows of 5 minutes)")
+    figure.legend(*axes.get_legend_handles_labels(), frameon=False, fontsize=8, loc="outside lower center", ncols=3)
     figure.savefig(IMAGES / f"{name}.png", dpi=150, metadata={"Software": None})
 
 
@@ -427,7 +428,6 @@ def figure3(axes: Axes, result: StudyResult) -> None:
         axes.plot(start + span, trend.at(span - trend.first), color=PAPERS, lw=1.2, label=label)
     axes.set_ylabel("hits per window")
     axes.set_ylim(0, WINDOW)
-    axes.legend(frameon=False, fontsize=8, loc="lower left", ncols=3)
 
 
 def distortion(axes: Axes, result: StudyResult, column: str) -> None:
@@ -439,7 +439,6 @@ def distortion(axes: Axes, result: StudyResult, column: str) -> None:
         band(axes, start + (1 + np.arange(values.shape[1])) * minute, values, "mean over seeds" if phase == 0 else None)
     axes.set_ylabel("distortion, [0, 1] units")
     axes.set_ylim(0, None)
-    axes.legend(frameon=False, fontsize=8, loc="upper right", ncols=3)
 
 
 def main() -> None:
