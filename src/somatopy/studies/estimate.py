@@ -16,8 +16,8 @@ from somatopy.studies.plan import Cell, Study
 __all__ = ["Estimate", "estimate"]
 
 _TRIAL = 300
-#: Processor time of ceiling and reactive bound by frame, s: docs/studies.md says how it was measured.
-_CEILING_S = 40e-6
+#: Processor time of ceiling and reactive bound by frame, s: 3.9 s for the 273,872 frames of the paper's protocol.
+_CEILING_S = 15e-6
 #: Measured sizes, bytes: a process at work, a window of recorded frames, the rows of a cell.
 _MEMORY, _WINDOW_BYTES, _ROW_BYTES = 450e6, 450e3, 6e3
 
