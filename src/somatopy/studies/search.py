@@ -6,7 +6,6 @@ same search proposes the same settings again, however many processes run it, and
 
 from __future__ import annotations
 
-import importlib
 import json
 import math
 from collections.abc import Callable, Mapping
@@ -18,9 +17,11 @@ from somatopy.analysis.cells import StudyResult, load_study
 from somatopy.experiment.changes import changed
 from somatopy.experiment.description import Description, DescriptionError
 from somatopy.files import write_whole
+from somatopy.registry.places import UnknownKind, found, is_importable
 from somatopy.studies.driver import perform
 from somatopy.studies.plan import Condition, Study, seeds_of
-from somatopy.studies.reading import base_of, distributions, flattened, space_of
+from somatopy.studies.reading import KEYS as STUDY_KEYS
+from somatopy.studies.reading import base_of, distributions, flattened, space_of, with_changes
 
 __all__ = ["LOSSES", "OPTIMISERS", "Search", "named_loss", "search", "searched"]
 
@@ -77,56 +78,109 @@ def searched(table: Mapping[str, Any]) -> Search:
         DescriptionError: an unknown key or value.
     """
     own = table["search"]
-    if not isinstance(own, Mapping) or (unknown := [key for key in own if key not in KEYS]):
+    if not isinstance(own, Mapping):
+        raise DescriptionError(f"search must be a table of keys, not {own!r}; its keys: {', '.join(KEYS)}.")
+    if unknown := [key for key in own if key not in KEYS]:
         raise DescriptionError(f"search has no key {unknown[0]!r}; its keys: {', '.join(KEYS)}.")
-    if others := [key for key in ("grid", "conditions", "sweep") if key in table]:
-        raise DescriptionError(f"A study searches, or has {others[0]}: give one of both.")
-    space = {key: space_of(key, value) for key, value in distributions(own.get("space", {})).items()}
-    if not space:
-        raise DescriptionError("search: space must say what is searched, such as speed = {low = 0.2, high = 0.8}.")
-    trials, batch = own.get("trials"), own.get("batch", 8)
-    for key, value in (("trials", trials), ("batch", batch)):
-        if not isinstance(value, int) or value < 1:
-            raise DescriptionError(f"search: {key} = {value!r} must be a positive whole number.")
+    _check_study(table)
     if own.get("optimiser", "tpe") not in OPTIMISERS:
         raise DescriptionError(
             f"search: optimiser = {own['optimiser']!r} is unknown; choose one of {', '.join(OPTIMISERS)}."
         )
-    named_loss(str(own.get("loss", "")))
-    found = Search(
+    named_loss(own.get("loss", ""))
+    what = Search(
         name=str(table.get("name", "search")),
-        base=changed(changed(base_of(table), {"eye": "geometric"}), flattened(table.get("every", {})), "every"),
-        space=space,
+        base=with_changes(changed(base_of(table), {"eye": "geometric"}), flattened(table.get("every", {})), "every"),
+        space=_space(own.get("space", {})),
         seeds=seeds_of(table.get("seeds", 1), table.get("seed", 0)),
-        trials=int(trials or 0),
-        loss=str(own["loss"]),
-        batch=batch,
+        trials=_whole(own, "trials", None),
+        loss=own["loss"],
+        batch=_whole(own, "batch", 8),
         optimiser=own.get("optimiser", "tpe"),
-        seed=int(own.get("seed", 0)),
-        start=tuple(flattened(point) for point in own.get("start", ())),
-        ceilings=bool(table.get("ceilings", False)),
+        seed=_whole(own, "seed", 0, least=0),
+        start=_start(own.get("start", [])),
+        ceilings=table.get("ceilings", False),
     )
-    for number, point in enumerate(found.start):
-        if missing := found.space.keys() ^ point.keys():
-            raise DescriptionError(f"search: start {number} and the space differ in {', '.join(sorted(missing))}.")
-        found.condition(number, point)
-    return found
+    _try_out(what)
+    return what
+
+
+def _check_study(table: Mapping[str, Any]) -> None:
+    if unknown := [key for key in table if key not in STUDY_KEYS]:
+        raise DescriptionError(f"A study has no key {unknown[0]!r}; its keys: {', '.join(STUDY_KEYS)}.")
+    if others := [key for key in ("grid", "conditions", "sweep", "keep_frames") if key in table]:
+        raise DescriptionError(f"A study searches, or has {others[0]}: give one of both.")
+    if not isinstance(table.get("ceilings", False), bool):
+        raise DescriptionError(f"ceilings = {table['ceilings']!r} must be true or false.")
+
+
+def _space(table: Any) -> dict[str, dict[str, Any]]:
+    if not isinstance(table, Mapping) or not table:
+        raise DescriptionError("search: space must say what is searched, such as speed = {low = 0.2, high = 0.8}.")
+    return {key: space_of(key, value) for key, value in distributions(table).items()}
+
+
+def _whole(own: Mapping[str, Any], key: str, default: int | None, least: int = 1) -> int:
+    value = own.get(key, default)
+    if not isinstance(value, int) or isinstance(value, bool) or value < least:
+        raise DescriptionError(f"search: {key} = {value!r} must be a whole number from {least} up.")
+    return value
+
+
+def _start(points: Any) -> tuple[dict[str, Any], ...]:
+    if not isinstance(points, list) or not all(isinstance(point, Mapping) for point in points):
+        raise DescriptionError("search: start must be a list of tables, [[search.start]], each with all keys of space.")
+    return tuple(flattened(point) for point in points)
+
+
+def _try_out(what: Search) -> None:
+    """Refuse now what would fail later: keys and choices that no description has, and starts beside the space."""
+    first = {key: one["choices"][0] if "choices" in one else one["low"] for key, one in what.space.items()}
+    for key, one in what.space.items():
+        for value in one.get("choices", (first[key],)):
+            with_changes(what.base, {**first, key: value}, f"search: {key} = {value!r}")
+    for number, point in enumerate(what.start):
+        if differing := what.space.keys() ^ point.keys():
+            raise DescriptionError(f"search: start {number} and the space differ in {', '.join(sorted(differing))}.")
+        for key, value in point.items():
+            if not _lies_in(what.space[key], value):
+                raise DescriptionError(f"search: start {number} has {key} = {value!r}, which is not in its space.")
+        with_changes(what.base, point, f"search: start {number}")
+
+
+def _lies_in(one: Mapping[str, Any], value: Any) -> bool:
+    if "choices" in one:
+        return value in one["choices"]
+    whole = isinstance(one["low"], int) and isinstance(one["high"], int)
+    is_number = isinstance(value, int if whole else int | float) and not isinstance(value, bool)
+    return is_number and bool(one["low"] <= value <= one["high"])
 
 
 def named_loss(name: str) -> Loss:
     """A loss: a function of a study and the name of a condition, which gives a number; less is better.
 
+    Args:
+        name: one of `LOSSES`, or the place of a function: of an installed module, or of one in the current folder.
+
     Raises:
         DescriptionError: there is none of that name.
+
+    Example:
+        >>> named_loss("paper").__module__
+        'somatopy.analysis.paper_loss'
     """
-    module, _, attribute = LOSSES.get(name, name).partition(":")
-    try:
-        loss: Loss = getattr(importlib.import_module(module), attribute)
-    except (ImportError, AttributeError, ValueError) as error:
+    module, _, attribute = LOSSES.get(str(name), str(name)).partition(":")
+    if not is_importable(module, attribute):
         raise DescriptionError(
             f"loss = {name!r} is unknown; choose one of {', '.join(LOSSES)}, or name a function of your own by its "
             "place: my_package.my_file:my_loss."
-        ) from error
+        )
+    try:
+        loss: Loss = found(module, attribute)
+    except UnknownKind as error:
+        raise DescriptionError(f"loss = {name!r} {error}.") from error
+    if not callable(loss):
+        raise DescriptionError(f"loss = {name!r} is no function of a study and the name of a condition, but {loss!r}.")
     return loss
 
 
