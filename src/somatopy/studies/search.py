@@ -6,6 +6,7 @@ same search proposes the same settings again, however many processes run it, and
 
 from __future__ import annotations
 
+import importlib
 import json
 import math
 from collections.abc import Callable, Mapping
@@ -13,11 +14,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from somatopy.analysis.cells import StudyResult, load_study
+from somatopy.analysis.cells import StudyResult
 from somatopy.experiment.changes import changed
 from somatopy.experiment.description import Description, DescriptionError
 from somatopy.files import write_whole
 from somatopy.registry.places import UnknownKind, found, is_importable
+from somatopy.studies.api import backend_for
 from somatopy.studies.driver import perform
 from somatopy.studies.plan import Condition, Study, seeds_of
 from somatopy.studies.reading import KEYS as STUDY_KEYS
@@ -67,7 +69,7 @@ class Search:
 
     def condition(self, number: int, point: Mapping[str, Any]) -> Condition:
         """The condition of a proposal."""
-        name = f"trial {number:03d}"
+        name = _name(number)
         return Condition(name, changed(self.base, point, f"The {name}"), self.seeds, point)
 
 
@@ -184,56 +186,89 @@ def named_loss(name: str) -> Loss:
     return loss
 
 
-def search(what: Search, out: str | Path, **how: Any) -> StudyResult:
+def search(what: Search, out: str | Path | None = None, *, ray: str | None = None, **how: Any) -> StudyResult:
     """Run a search; what has been run in the folder already is not run again.
 
     Args:
         what: what is searched.
-        out: the study folder.
+        out: the study folder; runs/<time>_<name> if None.
+        ray: the address of a Ray cluster on which the cells run; this machine if None.
         how: `processes`, `backend` and `progress`, as `perform` takes them.
 
     Returns:
-        The study folder, opened. Each condition is a proposal; losses are in its `losses.json`.
+        The study folder, opened. Each condition is a proposal; losses are in its `losses.json`, null for a proposal
+        that no description can have, or of which a cell failed.
 
     Raises:
-        DescriptionError: optuna is missing, or the folder cannot be used.
+        DescriptionError: optuna is missing, or the folder cannot be used, or no proposal can be run.
         Interrupted: on Ctrl-C; what has ended is kept.
     """
-    optuna = _optuna()
+    optuna = _optuna(what.optimiser)
     loss, study = named_loss(what.loss), optuna.create_study(sampler=_sampler(optuna, what))
     for point in what.start:
         study.enqueue_trial(_encoded(what.space, point))
     conditions: list[Condition] = []
-    losses: dict[str, float] = {}
+    losses: dict[str, float | None] = {}
     result = None
-    while len(conditions) < what.trials:
-        size = min(what.batch, what.trials - len(conditions))
+    while len(losses) < what.trials:
+        size = min(what.batch, what.trials - len(losses))
         asked = [study.ask(_distributions(optuna, what.space)) for _ in range(size)]
-        new = [what.condition(trial.number, _decoded(what.space, trial.params)) for trial in asked]
-        conditions += new
-        result = perform(Study(what.name, tuple(conditions), what.ceilings), out, **how)
+        new = [_condition(what, trial) for trial in asked]
+        if conditions := [*conditions, *filter(None, new)]:
+            plan = Study(what.name, tuple(conditions), what.ceilings)
+            result = _performed(plan, out if result is None else result.path, result, ray, how)
         for trial, condition in zip(asked, new, strict=True):
-            value = losses[condition.name] = _judged(loss, result, condition)
-            if math.isfinite(value):
-                study.tell(trial, value)
-            else:
+            value = _judged(loss, result, condition) if condition and result else None
+            losses[_name(trial.number)] = value
+            if value is None:
                 study.tell(trial, state=optuna.trial.TrialState.FAIL)
-        known = {name: value if math.isfinite(value) else None for name, value in losses.items()}
-        write_whole(result.path / LOSSES_FILE, json.dumps({"loss": what.loss, "losses": known}, indent=1) + "\n")
-    return load_study(out) if result is None else result
+            else:
+                study.tell(trial, value)
+        if result:
+            write_whole(result.path / LOSSES_FILE, json.dumps({"loss": what.loss, "losses": losses}, indent=1) + "\n")
+    if result is None:
+        raise DescriptionError(f"The search {what.name!r} has no proposal that can be run: look at its space.")
+    return result
 
 
-def _judged(loss: Loss, result: StudyResult, condition: Condition) -> float:
-    """The loss of a proposal; infinite if one of its cells failed."""
-    there = result.values(condition.name, "rate")
-    return float(loss(result, condition.name)) if there.keys() >= set(condition.seeds) else math.inf
+def _name(number: int) -> str:
+    return f"trial {number:03d}"
 
 
-def _optuna() -> Any:
+def _condition(what: Search, trial: Any) -> Condition | None:
+    """The condition of a proposal; None if no description has these settings together."""
+    try:
+        return what.condition(trial.number, _decoded(what.space, trial.params))
+    except DescriptionError:
+        return None
+
+
+def _performed(
+    plan: Study, out: Any, before: StudyResult | None, ray: str | None, how: Mapping[str, Any]
+) -> StudyResult:
+    """Run what is new; what failed in this search is not tried again before it is started anew."""
+    if ray is not None:
+        how = {**how, "backend": backend_for(plan, ray)}
+    return perform(plan, out, failed=before.failures if before else (), **how)
+
+
+def _judged(loss: Loss, result: StudyResult, condition: Condition) -> float | None:
+    """The loss of a proposal; None if one of its cells failed, or it is not finite."""
+    there = result.values(condition.name, "frames")
+    value = float(loss(result, condition.name)) if there.keys() >= set(condition.seeds) else math.inf
+    return value if math.isfinite(value) else None
+
+
+def _optuna(optimiser: str) -> Any:
     try:
         import optuna
+
+        if optimiser == "cmaes":
+            importlib.import_module("cmaes")
     except ImportError as error:
-        raise DescriptionError('A search needs optuna. Install it with: pip install "somatopy[search]"') from error
+        raise DescriptionError(
+            f'A search needs the package {error.name}. Install it with: pip install "somatopy[search]"'
+        ) from error
     optuna.logging.set_verbosity(optuna.logging.WARNING)
     return optuna
 
@@ -243,7 +278,7 @@ def _sampler(optuna: Any, what: Search) -> Any:
     if what.optimiser == "random":
         return samplers.RandomSampler(seed=what.seed)
     if what.optimiser == "cmaes":
-        return samplers.CmaEsSampler(seed=what.seed)
+        return samplers.CmaEsSampler(seed=what.seed, warn_independent_sampling=False)
     return samplers.TPESampler(seed=what.seed, multivariate=True, constant_liar=True)
 
 
