@@ -40,7 +40,7 @@ def spread_of(run: Run) -> Spread | None:
     if result is None:
         return None
     (course, *_), _ = courses(result)
-    if not len(course.at):
+    if not np.isfinite(course.at).any():
         return None
     hits = np.ma.masked_invalid(np.array([*course.seeds.values()]))
     low, high = (np.ma.filled(ends, np.nan) for ends in (hits.min(axis=0), hits.max(axis=0)))
