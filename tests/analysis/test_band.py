@@ -56,7 +56,7 @@ def test_verdicts_as_text(run: Run) -> None:
     """What is too short is said to be; numbers carry their interval, unit and the seeds that show it."""
     rows = {one.claim.key: row for one, row in zip(verdicts_of(run), verdict_rows(verdicts_of(run)), strict=True)}
     assert rows["learns"]["ours"] == "+9.0 [+9.0, +9.0] hits per window, per window"
-    assert (rows["learns"]["shown"], rows["learns"]["verdict"]) == ("3 of 3", "holds")
+    assert (rows["learns"]["shown"], rows["learns"]["verdict"]) == ("3 of 3 (chance 1.5)", "holds")
     assert rows["learns"]["paper"] == "+12.1, outside the spread of seeds"
     assert (rows["costs"]["ours"], rows["costs"]["verdict"]) == ("too short", "cannot tell")
     lines = render_verdicts(verdicts_of(run)).splitlines()
