@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import astuple
+from dataclasses import astuple, replace
 from math import comb, sqrt
 
 import numpy as np
@@ -381,3 +381,12 @@ def test_what_no_number_of_seeds_means() -> None:
         seeds_needed(float("nan"), 1)
     with pytest.raises(ValueError, match=r"alpha = 0.05 and power = 0.01 must satisfy 0 < alpha < power < 1"):
         seeds_needed(1, 1, power=0.01)
+
+
+def test_the_interquartile_mean_can_be_left_out() -> None:
+    """All else stays as it is, to the last bit."""
+    values = {seed: value for seed, value in enumerate(np.random.default_rng(0).lognormal(size=25).tolist())}
+    whole, without = mean_interval([*values.values()]), mean_interval([*values.values()], iqm=False)
+    assert replace(whole, iqm=None, iqm_low=None, iqm_high=None) == without and whole.iqm is not None
+    zeros = dict.fromkeys(values, 0.0)
+    assert paired(values, zeros, iqm=False).interval == without

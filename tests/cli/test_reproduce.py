@@ -23,7 +23,10 @@ PHASE = {
 def test_end_to_end(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Physics, pictures, detector, learner, damage, analysis: table beside the paper's numbers, figure, summary."""
     out = tmp_path / "run"
-    assert main(["reproduce", "--minutes", "0.2", "--damage-minutes", "0.1", *SMALL, "--out", str(out)]) == 0
+    assert (
+        main(["reproduce", "--minutes", "0.2", "--damage-minutes", "0.1", "--seeds", "1", *SMALL, "--out", str(out)])
+        == 0
+    )
     printed, said = capsys.readouterr()
     assert "paper" in printed.splitlines()[0] and "this run" in printed.splitlines()[0]
     assert "177,823" in printed and "+12.147" in printed and "-80.286" in printed
@@ -47,7 +50,19 @@ def test_end_to_end(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
 def test_json_replaces_the_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """One JSON object on standard output and nothing else; the figure is drawn all the same."""
     out = tmp_path / "run"
-    args = ["--eye", "geometric", "--motion", "kinematic", "--minutes", "0.1", "--damage-minutes", "0", *SMALL]
+    args = [
+        "--eye",
+        "geometric",
+        "--motion",
+        "kinematic",
+        "--minutes",
+        "0.1",
+        "--damage-minutes",
+        "0",
+        "--seeds",
+        "1",
+        *SMALL,
+    ]
     assert main(["reproduce", *args, "--json", "--out", str(out)]) == 0
     table = json.loads(capsys.readouterr().out)
     assert set(table) == SUMMARY | {"folder", "cost"}
@@ -71,7 +86,19 @@ def test_what_fails_before_its_first_frame_leaves_nothing(
 
 def test_an_interrupted_reproduction_is_brought_to_its_end(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Stopped in the middle of a control, `resume` gives the same controls and table as an unbroken one."""
-    args = ["--eye", "geometric", "--motion", "kinematic", "--minutes", "0.2", "--damage-minutes", "0.1", *SMALL]
+    args = [
+        "--eye",
+        "geometric",
+        "--motion",
+        "kinematic",
+        "--minutes",
+        "0.2",
+        "--damage-minutes",
+        "0.1",
+        "--seeds",
+        "1",
+        *SMALL,
+    ]
     whole, broken = tmp_path / "whole", tmp_path / "broken"
     assert main(["reproduce", *args, "--out", str(whole)]) == 0
     table = capsys.readouterr().out

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from pathlib import Path
 
 import pyarrow.parquet as pq
@@ -22,6 +23,14 @@ learner.arm_map.shape = [5, 5]
 learner.head_map.shape = [5, 5]
 [grid]
 damage = ["none", "paper"]
+"""
+
+SEARCH = """
+[search]
+loss = "losses_for_cli:flat"
+trials = 2
+[search.space]
+babbling.speed = { low = 0.2, high = 0.8 }
 """
 
 Captured = pytest.CaptureFixture[str]
@@ -124,3 +133,23 @@ def test_wrong_use(
     capsys.readouterr()
     assert main(["study", *(str(folder / "file.toml") if arg == "FILE" else arg for arg in args)]) == 2
     assert f"somatopy: {said}" in capsys.readouterr().err
+
+
+def test_a_search_is_told(tmp_path: Path, capsys: Captured) -> None:
+    """Where it is and where its losses are; what it cannot do is refused before anything runs."""
+    sought = FILE.replace("damage_minutes = 0.1", "damage_minutes = 0").partition("[grid]")[0] + SEARCH
+    (tmp_path / "search.toml").write_text(sought, encoding="utf-8")
+    (tmp_path / "losses_for_cli.py").write_text("def flat(result, condition):\n    return 0.5\n", encoding="utf-8")
+    args = ["study", str(tmp_path / "search.toml"), "--out", str(tmp_path / "out"), "--processes", "1"]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(tmp_path)
+        patch.setattr("sys.path", [*sys.path])
+        for flag in ("--check", "--dry-run"):
+            assert main([*args, flag]) == 2
+            assert "neither --check nor --dry-run" in capsys.readouterr().err
+        assert main(args) == 0
+    printed = capsys.readouterr()
+    assert printed.out == f"{tmp_path / 'out'}\n"
+    assert f"Loss of each proposal: {tmp_path / 'out' / 'losses.json'}" in printed.err
+    losses = json.loads((tmp_path / "out" / "losses.json").read_text())
+    assert losses == {"loss": "losses_for_cli:flat", "losses": {"trial 000": 0.5, "trial 001": 0.5}}

@@ -113,3 +113,13 @@ def test_a_kind_is_chosen_before_its_settings() -> None:
     """Also where a setting comes first in the alphabet, as "head" does before "kind"."""
     found: Any = changed(paper(), {"learner.head": [0.1, 0.2], "learner.kind": "fixed"}).learner
     assert (found.kind, found.head) == ("fixed", (0.1, 0.2))
+
+
+def test_keys_that_are_joined_have_one_value() -> None:
+    """As if each stood alone, short words among them; a wrong one is named by itself."""
+    both = "learner.arm_map.elasticity + learner.head_map.elasticity"
+    apart = {"learner.arm_map.elasticity": 0.7, "learner.head_map.elasticity": 0.7}
+    assert changed(paper(), {both: 0.7}) == changed(paper(), apart) != paper()
+    assert changed(paper(), {"minutes+damage-minutes": 3}) == changed(paper(), {"minutes": 3, "damage_minutes": 3})
+    with pytest.raises(DescriptionError, match="elasticty"):
+        changed(paper(), {"learner.arm_map.elasticity+learner.head_map.elasticty": 0.7})

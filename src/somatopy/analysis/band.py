@@ -40,7 +40,7 @@ def spread_of(run: Run) -> Spread | None:
     if result is None:
         return None
     (course, *_), _ = courses(result)
-    if not len(course.at):
+    if not np.isfinite(course.at).any():
         return None
     hits = np.ma.masked_invalid(np.array([*course.seeds.values()]))
     low, high = (np.ma.filled(ends, np.nan) for ends in (hits.min(axis=0), hits.max(axis=0)))
@@ -59,13 +59,13 @@ def _opened(run: Run) -> StudyResult | None:
 
 
 def verdict_rows(judged: Sequence[Judged]) -> list[Mapping[str, str]]:
-    """Verdicts as text: claim, mean with its interval, the paper's number, seeds that show it, verdict."""
+    """Verdicts as text: claim, mean with its interval, the paper's number, seeds that show it and chance, verdict."""
     return [
         {
             "claim": one.claim.text,
             "ours": _interval(one),
             "paper": _paper(one),
-            "shown": f"{one.shown.count} of {one.shown.n}" if one.shown else "",
+            "shown": _shown(one),
             "verdict": one.verdict,
         }
         for one in judged
@@ -90,6 +90,13 @@ def _interval(one: Judged) -> str:
     if found.low is not None and found.high is not None:
         said += f" [{form.format(found.low)}, {form.format(found.high)}]"
     return f"{said} {one.claim.unit}".strip()
+
+
+def _shown(one: Judged) -> str:
+    """How many seeds show the claim by themselves, and how many would by chance."""
+    if one.shown is None:
+        return ""
+    return f"{one.shown.count} of {one.shown.n} (chance {one.shown.chance * one.shown.n:.3g})"
 
 
 def _paper(one: Judged) -> str:

@@ -179,12 +179,12 @@ def _compared(name: str, phase: int, measure: Measure, place: int | None, cells:
 # Conditions often have phases and ceilings in common, and a bootstrap takes a twentieth of a second.
 @lru_cache(maxsize=4096)
 def _interval(values: tuple[float, ...]) -> Interval:
-    return mean_interval(values)
+    return mean_interval(values, iqm=False)
 
 
 @lru_cache(maxsize=4096)
 def _difference(values: Items, theirs: Items) -> Difference:
-    return paired(dict(values), dict(theirs))
+    return paired(dict(values), dict(theirs), iqm=False)
 
 
 def _values(rows: Sequence[Mapping[str, Any]], column: str, place: int | None) -> Values:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import signal
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Self
 
@@ -13,13 +15,17 @@ import tomli_w
 
 from somatopy.analysis.runs import BAND
 from somatopy.cli.run import note
-from somatopy.experiment import Description, DescriptionError
+from somatopy.experiment import Description
+from somatopy.files import write_whole
 from somatopy.studies.folder import plain
 from somatopy.studies.local import cores
+from somatopy.studies.worker import end_with
 
 __all__ = ["Band"]
 
 PLAN = f"{BAND}.toml"
+#: How long a band that is to stop may take, s; a cell under way then writes its checkpoint.
+PATIENCE_S = 60.0
 
 
 class Band:
@@ -48,40 +54,64 @@ class Band:
                 "every": every,
                 "conditions": [{"name": description.name}],
             }
-            (folder / PLAN).write_text(tomli_w.dumps(table), encoding="utf-8")
+            write_whole(folder / PLAN, tomli_w.dumps(table))
         return band
 
     def __enter__(self) -> Self:
         if (self._folder / PLAN).exists():
-            command = [sys.executable, "-m", "somatopy", "study", str(self._folder / PLAN)]
+            command = [sys.executable, "-m", "somatopy.cli.band", str(os.getpid()), str(self._folder / PLAN)]
             command += ["--out", str(self._folder / BAND), "--processes", str(max(1, cores() - 1))]
-            log = (self._folder / f"{BAND}.log").open("wb")
-            self._process = subprocess.Popen(command, stdout=log, stderr=log)
+            with self._log.open("wb") as log:  # Ctrl-C reaches this process alone, which then tells the band once
+                self._process = subprocess.Popen(
+                    command, stdin=subprocess.DEVNULL, stdout=log, stderr=log, process_group=0
+                )
         return self
 
-    def wait(self) -> None:
+    @property
+    def _log(self) -> Path:
+        return self._folder / f"{BAND}.log"
+
+    def wait(self) -> bool:
         """Wait until the band has ended.
 
-        Raises:
-            DescriptionError: it failed; the message says where to read why.
+        Returns:
+            Whether it ended well; if not, it is said where to read why.
         """
         if self._process is None:
-            return
+            return True
         if self._process.poll() is None:
             note("The run has ended; waiting for the band of seeds.")
         if self._process.wait():
-            raise DescriptionError(
-                f"The band of seeds failed: {self._folder / BAND}.log says why. Go on with somatopy resume."
-            )
-        (self._folder / f"{BAND}.log").unlink()
+            note(f"The band of seeds failed: {self._log} says why. Try again: somatopy resume {self._folder}")
+            return False
+        self._log.unlink()
+        return True
 
     def __exit__(self, *_: object) -> None:
         if self._process is not None and self._process.poll() is None:
             self._process.send_signal(signal.SIGINT)
-            self._process.wait()
+            try:
+                self._process.wait(PATIENCE_S)
+            except subprocess.TimeoutExpired:
+                self._process.kill()
+                self._process.wait()
 
     def discard(self) -> None:
         """Remove what was planned."""
         shutil.rmtree(self._folder / BAND, ignore_errors=True)
-        for name in (PLAN, f"{BAND}.log"):
-            (self._folder / name).unlink(missing_ok=True)
+        for path in (self._folder / PLAN, self._log):
+            path.unlink(missing_ok=True)
+
+
+def main(args: Sequence[str]) -> int:
+    """What the process of a band runs: `somatopy study`, which ends at once when the run beside it is killed."""
+    from somatopy import cli
+
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs ignore it
+    parent, *rest = args
+    end_with(int(parent))
+    return cli.main(["study", *rest])
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

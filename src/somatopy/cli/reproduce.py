@@ -56,8 +56,7 @@ def main(args: Sequence[str]) -> int:
             session.share_arm(compute=True)  # the controls have the same
             play(session, opened)
             finish(session, folder)
-            complete(folder, options.json, band=band)
-    return 0
+            return complete(folder, options.json, band=band)
 
 
 @contextmanager
@@ -74,12 +73,16 @@ def _marked(folder: Path) -> Iterator[None]:
         raise
 
 
-def complete(folder: Path, as_json: bool, anyway: bool = False, band: Band | None = None) -> None:
-    """What follows the main run, from wherever it was interrupted: controls, band, figures, report, tables."""
+def complete(folder: Path, as_json: bool, anyway: bool = False, band: Band | None = None) -> int:
+    """What follows the main run, from wherever it was interrupted: controls, band, figures, report, tables.
+
+    Returns:
+        0 done, 1 if the band failed: the report then shows what of it has ended.
+    """
     description = load_description(folder / "experiment.toml")
     with nullcontext(band) if band else Band(folder) as going_on:
         run_controls(description, folder, anyway)
-        going_on.wait()
+        went_well = going_on.wait()
     report = illustrate(folder)
     run = load_run(folder)
     if as_json:
@@ -93,6 +96,7 @@ def complete(folder: Path, as_json: bool, anyway: bool = False, band: Band | Non
             sep="\n\n",
         )
     note(f"Run folder: {folder}\nReport:     {report}")
+    return 0 if went_well else 1
 
 
 def run_controls(description: Description, folder: Path, anyway: bool = False) -> None:

@@ -16,7 +16,7 @@ __all__ = ["main"]
 
 TEXT = """Continue an interrupted or killed run from its last checkpoint, bit for bit.
 
-What reproduce began is brought to its end: controls, figures and report.
+What reproduce began is brought to its end: controls, band, figures and report.
 
 example: somatopy resume runs/20141013-120000_paper_seed0
 """
@@ -27,7 +27,6 @@ def main(args: Sequence[str]) -> int:
     options = tyro.cli(OnCheckpoint, args=args, prog="somatopy resume", description=TEXT)
     resume(options.run, anyway=options.anyway)
     if (options.run / CONTROLS_FOLDER).is_dir():
-        complete(options.run, options.json, options.anyway)
-    else:
-        print(json.dumps(result(options.run)) if options.json else options.run)
+        return complete(options.run, options.json, options.anyway)
+    print(json.dumps(result(options.run)) if options.json else options.run)
     return 0

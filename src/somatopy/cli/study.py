@@ -22,7 +22,7 @@ from somatopy.studies.estimate import estimate
 from somatopy.studies.plan import Study
 from somatopy.studies.reading import load_plan, planned
 from somatopy.studies.recheck import recheck
-from somatopy.studies.search import search, searched
+from somatopy.studies.search import LOSSES_FILE, search, searched
 
 __all__ = ["carry_out", "main"]
 
@@ -69,8 +69,10 @@ def look_for(table: dict[str, Any], flags: StudyFlags) -> int:
     """Run a search, and print what came of it."""
     if flags.check or flags.dry_run:
         raise DescriptionError("A search proposes its cells as it goes: it has neither --check nor --dry-run.")
-    result = search(searched(table), flags.out or Path("runs") / table["name"], processes=flags.processes)
+    result = search(searched(table), flags.out, ray=flags.ray, processes=flags.processes)
     print(json.dumps(table_of(result)) if flags.json else result.path)
+    say_failures(result)
+    note(f"Loss of each proposal: {result.path / LOSSES_FILE}")
     return 1 if result.failures else 0
 
 
@@ -95,10 +97,15 @@ def carry_out(study: Study, flags: Any) -> int:
         print(json.dumps(table_of(result)))
     else:
         print(text_table(compare(result, measures=TOLD)))
-    for failure in result.failures:
-        note(f"failed: {failure['condition']}, seed {failure['seed']}: {failure['cause']}")
+    say_failures(result)
     note(f"Table of all cells: {result.path / CELLS}. A page of them: somatopy report {result.path}")
     return 1 if result.failures else 0
+
+
+def say_failures(result: StudyResult) -> None:
+    """Say which cells failed, and why."""
+    for failure in result.failures:
+        note(f"failed: {failure['condition']}, seed {failure['seed']}: {failure['cause']}")
 
 
 def say_eye(study: Study) -> None:

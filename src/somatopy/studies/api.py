@@ -30,7 +30,8 @@ def study(
     """Run many experiments, each under many seeds, in processes of this machine or on a Ray cluster.
 
     Args:
-        what: a study file (TOML), a study, or descriptions by the name of their condition.
+        what: a study file (TOML), which may be that of a search, a study, or descriptions by the name of their
+            condition.
         seeds: how many seeds, from `seed` up, or a list of seeds; for descriptions.
         seed: the first seed.
         eye: the eye of all descriptions that are given by name; by default the geometric one, which is a model of the
@@ -49,7 +50,12 @@ def study(
         Interrupted: on Ctrl-C; what has ended is kept, and the same call goes on.
     """
     if isinstance(what, str | Path):
-        plan = planned(load_plan(what))
+        table = load_plan(what)
+        if "search" in table:
+            from somatopy.studies.search import search, searched
+
+            return search(searched(table), out, processes=processes, ray=ray, progress=progress)
+        plan = planned(table)
     elif isinstance(what, Study):
         plan = what
     else:

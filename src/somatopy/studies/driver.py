@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shutil
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import Any, Protocol
@@ -50,6 +50,7 @@ def perform(
     processes: int | None = None,
     backend: Callable[[Path], Backend] | None = None,
     progress: bool = True,
+    failed: Sequence[Mapping[str, Any]] = (),
 ) -> StudyResult:
     """Run all cells of a study that have not ended yet.
 
@@ -59,6 +60,7 @@ def perform(
         processes: how many processes of this machine work; as many as there are cores if None.
         backend: makes what runs the cells, from the folder of what they share; processes of this machine if None.
         progress: whether to show how far it is, on standard error.
+        failed: `failures` of a call before, whose cells are not tried again.
 
     Returns:
         The study folder, opened. Cells that failed are in its `failures`.
@@ -72,9 +74,10 @@ def perform(
     folder = StudyFolder(out, study.name)
     cells = _once(study.cells())
     with folder.opened(study) as finished:
-        waiting = [cell for cell in cells if cell.key not in finished]
+        failures = [dict(failure) for failure in failed]
+        given_up = {failure["key"] for failure in failures}
+        waiting = [cell for cell in cells if cell.key not in finished and cell.key not in given_up]
         bar: AbstractContextManager[Any] = StudyProgress(cells, waiting) if progress else nullcontext()
-        failures: list[dict[str, Any]] = []
         if waiting:
             runner = backend(folder.scratch) if backend else Local(folder.scratch, processes)
             try:

@@ -14,7 +14,7 @@ from somatopy.experiment import PRESETS, Description, DescriptionError, load_des
 from somatopy.experiment.changes import changed
 from somatopy.studies.plan import Condition, Study, seeds_of
 
-__all__ = ["KEYS", "base_of", "distributions", "flattened", "load_plan", "planned", "space_of"]
+__all__ = ["KEYS", "base_of", "distributions", "flattened", "load_plan", "planned", "space_of", "with_changes"]
 
 #: Keys of a study file.
 KEYS = (
@@ -55,8 +55,10 @@ def planned(table: Mapping[str, Any]) -> Study:
     """
     if unknown := [key for key in table if key not in KEYS]:
         raise DescriptionError(f"A study has no key {unknown[0]!r}; its keys: {', '.join(KEYS)}.")
+    if "search" in table:
+        raise DescriptionError("A study with search proposes its conditions as it goes; it is no fixed plan.")
     base = changed(base_of(table), {"eye": "geometric"})
-    base = _changed(base, flattened(_table(table, "every")), "every")
+    base = with_changes(base, flattened(_table(table, "every")), "every")
     conditions = []
     for entry in _conditions(table):
         own_name = [entry["name"]] if "name" in entry else []
@@ -66,11 +68,14 @@ def planned(table: Mapping[str, Any]) -> Study:
             for point in _points(_table(table, "grid")):
                 name = ", ".join([*own_name, *label, *_labels(point)]) or "all"
                 factors = {**own, **drawn, **point}
-                conditions.append(Condition(name, _changed(base, factors, f"The condition {name!r}"), seeds, factors))
+                conditions.append(
+                    Condition(name, with_changes(base, factors, f"The condition {name!r}"), seeds, factors)
+                )
     return Study(str(table.get("name", "study")), tuple(conditions), _flag(table, "ceilings"), _kept(table))
 
 
-def _changed(base: Description, changes: Mapping[str, Any], source: str) -> Description:
+def with_changes(base: Description, changes: Mapping[str, Any], source: str) -> Description:
+    """`changed`, with a source that every error begins with."""
     try:
         return changed(base, changes, source)
     except DescriptionError as error:

@@ -16,7 +16,7 @@ import traceback
 from pathlib import Path
 from typing import IO, Any
 
-__all__ = ["main"]
+__all__ = ["end_with", "main"]
 
 _PARENT_S = 0.5
 
@@ -26,10 +26,15 @@ def main() -> None:
     faulthandler.enable()
     answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)  # what own parts print is no answer
-    threading.Thread(target=_end_with, args=(os.getppid(),), daemon=True).start()
+    end_with(os.getppid())
     first = json.loads(sys.stdin.readline())
     sys.path[:] = first["path"]
     _serve(answers, Path(first["scratch"]))
+
+
+def end_with(parent: int) -> None:
+    """From now on, end this process at once when the one that started it, whose id this is, is gone."""
+    threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
 
 
 def _end_with(parent: int) -> None:
