@@ -60,9 +60,6 @@ def test_near_asks_where_one_more_seed_would_fall() -> None:
     assert judged("near", [10.0], paper=10.0).verdict == "cannot tell"
 
 
-@pytest.mark.xfail(
-    strict=True, reason="the length of runs is reckoned (_numbers), but judge_over_seeds does not ask it"
-)
 def test_levels_are_compared_over_the_papers_time() -> None:
     """Runs that are shorter than nine tenths of the paper's first phase cannot tell."""
     short = study_of(8, lambda seed: {**noisy(seed), "frames": (PAPER_FRAMES[0] // 2, PAPER_FRAMES[1])})

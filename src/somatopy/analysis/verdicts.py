@@ -130,7 +130,7 @@ def judge_over_seeds(
         claims: the claims; `CLAIMS` if None.
     """
     judged = [
-        _judged(claim, claim.measure(result, condition), (chance or {}).get(claim.key)) for claim in claims or CLAIMS
+        _judged(claim, _numbers(claim, result, condition), (chance or {}).get(claim.key)) for claim in claims or CLAIMS
     ]
     corrected = holm({each.claim.key: each.p for each in judged})
     return [replace(each, p_holm=corrected[each.claim.key]) for each in judged]
