@@ -307,7 +307,7 @@ def _fresh(name: str, parameters: Map | None, rng: np.random.Generator, space: S
 
 
 def _paper_map() -> Settings:
-    """The map that the paper's learner has for arm and head: 30x30 units, learning rate and elasticity .1."""
+    """The map that arm and head have if nothing is said: the paper's 30x30 units, learning rate and elasticity .1."""
     return MAPS.settings("dsom")(shape=(30, 30), learning_rate=0.1, elasticity=0.1)  # type: ignore[call-arg]
 
 
