@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from somatopy.analysis.cells import load_study
+from somatopy.analysis.paper_loss import paper as paper_loss
 from somatopy.analysis.runs import Run
+from somatopy.bodies import MujocoBody
 from somatopy.clock import WINDOW
 from somatopy.experiment import PRESETS, Description, Phase, Session, frames_of, paper
 from somatopy.experiment.checkpoint import read_checkpoint
@@ -16,6 +21,7 @@ from somatopy.experiment.description import stands_for
 from somatopy.experiment.presets import CONTROLS
 from somatopy.registry import INTERVENTIONS
 
+STUDIES = Path(__file__).parents[2] / "studies"
 Short = Callable[..., Description]
 RunShort = Callable[..., Run]
 
@@ -48,6 +54,25 @@ def test_the_paper_learns_with_two_30x30_maps_and_a_link_rate_of_0_01() -> None:
     assert learner["arm_map"]["kind"] == learner["head_map"]["kind"] == "dsom"
     assert (learner["rule"]["kind"], learner["activation_slope"], learner["units"]) == ("positive", 1.0, "unit")
     assert (description.body.motion, description.eye.kind, description.body.model) == ("dynamic", "fiducial", "nao")
+
+
+def test_the_preset_is_what_was_calibrated() -> None:
+    """The settings with the least loss on the seeds that choose, rounded to two digits; docs/calibration.md."""
+    plan = tomllib.loads((STUDIES / "calibration-choose" / "study.toml").read_text())
+    result = load_study(STUDIES / "calibration-choose")
+    best = plan["conditions"][min(result.conditions, key=lambda name: paper_loss(result, name))]["experiment"]
+    table = paper().model_dump(mode="json")
+    found = {
+        "head_speed": (table["body"]["head_speed"], best["body"]["head_speed"]),
+        "arm_speed": (table["babbling"]["speed"], best["babbling"]["speed"]),
+        **{
+            f"{side} {key}": (table["learner"][side][key], best["learner"][side][key])
+            for side in ("arm_map", "head_map")
+            for key in ("learning_rate", "elasticity")
+        },
+    }
+    assert all(ours == float(f"{chosen:.2g}") for ours, chosen in found.values()), found
+    assert best["babbling"]["range"] == MujocoBody("nao", motion="kinematic").ranges["confined"].tolist()
 
 
 def test_the_library_of_2016_is_the_same_experiment_with_another_learner() -> None:
@@ -100,11 +125,12 @@ def arms(run: Run) -> np.ndarray:
 
 def test_every_control_is_a_preset() -> None:
     """Named after the paper's experiment, of the same robot, eye, babbling and first phase's damage."""
-    assert set(PRESETS) == {"paper", "paper-2016", *(f"paper-{name}" for name in CONTROLS)}
+    assert set(PRESETS) == {"paper", "paper-wide", "paper-2016", *(f"paper-{name}" for name in CONTROLS)}
     for name, make in PRESETS.items():
         made = make()
         assert made.name == name
-        assert (made.seed, made.body, made.eye, made.babbling) == (0, paper().body, paper().eye, paper().babbling)
+        if name != "paper-wide":
+            assert (made.seed, made.body, made.eye, made.babbling) == (0, paper().body, paper().eye, paper().babbling)
         assert (made.phases[0].frames, made.phases[0].damage) == (177_823, "none")
 
 

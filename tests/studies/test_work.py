@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,7 @@ import somatopy
 from somatopy.api import Interrupted
 from somatopy.experiment import DescriptionError, Session
 from somatopy.studies.plan import Cell
-from somatopy.studies.work import Task, work
+from somatopy.studies.work import Task, trim, work
 
 COSTS = {"wall_s", "cpu_s", "peak_memory_bytes", "host", "finished"}
 
@@ -100,3 +101,14 @@ def test_what_is_wrong_with_a_cell_is_said(cell: Cell, tmp_path: Path) -> None:
     one = somatopy.experiment.changes.changed(cell.experiment, {"damage": "offset:1,2"})
     with pytest.raises(DescriptionError, match="offset"):
         work(Task.of(Cell("a", {}, one, False), True, False), tmp_path)
+
+
+def test_the_cache_of_movements_is_kept_small(tmp_path: Path) -> None:
+    """What was read least lately goes first; what fits stays, and a folder that is not there is no error."""
+    for age, name in enumerate(("new", "old", "older")):
+        (tmp_path / name).write_bytes(bytes(10))
+        os.utime(tmp_path / name, (1000 - age, 1000 - age))
+    trim(tmp_path, most=25)
+    assert {file.name for file in tmp_path.iterdir()} == {"new", "old"}
+    trim(tmp_path / "nowhere")
+    trim(None)

@@ -18,9 +18,13 @@ from somatopy.api import fork, resume, run
 from somatopy.experiment.description import Description, DescriptionError, validated
 from somatopy.experiment.run_folder import CHECKPOINT
 from somatopy.experiment.session import Session
+from somatopy.files import cache_folder
 from somatopy.studies.task import Task
 
-__all__ = ["Task", "work"]
+__all__ = ["Task", "trim", "work"]
+
+#: Bytes of stored arm movements that stay in the user's cache: some forty of the paper's length.
+MOST_KEPT = 1e9
 
 
 def work(task: Task, scratch: Path) -> list[dict[str, Any]]:
@@ -41,7 +45,8 @@ def work(task: Task, scratch: Path) -> list[dict[str, Any]]:
     experiment, folder = _described(task.experiment), scratch / task.key
     if task.movement:
         with _alone(scratch / f"movement-{task.movement}"), Session(experiment) as session:
-            session.share_arm(compute=True)
+            if session.share_arm(compute=True):
+                trim(cache_folder("arm"))
     done = _run(task, experiment, folder, scratch)
     rows, peak = measures(done), (done.cost or {}).get("peak_memory_bytes")
     if not task.keep:
@@ -54,6 +59,21 @@ def work(task: Task, scratch: Path) -> list[dict[str, Any]]:
         "finished": datetime.now(UTC).isoformat(timespec="seconds"),
     }
     return [{**row, **cost} for row in rows]
+
+
+def trim(folder: Path | None, most: float = MOST_KEPT) -> None:
+    """Remove the files of a folder that were read least lately, until the rest is small enough.
+
+    Args:
+        folder: the folder; nothing happens if there is none.
+        most: bytes that may stay.
+    """
+    files = [(file.stat(), file) for file in folder.iterdir() if file.is_file()] if folder and folder.is_dir() else []
+    total = 0
+    for status, file in sorted(files, key=lambda each: -max(each[0].st_atime, each[0].st_mtime)):
+        total += status.st_size
+        if total > most:
+            file.unlink(missing_ok=True)
 
 
 def _described(table: Mapping[str, Any]) -> Description:

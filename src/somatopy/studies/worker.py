@@ -7,6 +7,7 @@ gone, so that nothing goes on in a folder in which a new study may run.
 from __future__ import annotations
 
 import faulthandler
+import gc
 import json
 import os
 import sys
@@ -59,6 +60,7 @@ def _serve(answers: IO[str], scratch: Path) -> None:
             answer = {"cause": f"{type(error).__name__}: {error}"}
         answers.write(json.dumps(answer) + "\n")
         answers.flush()
+        gc.collect()  # parts of an experiment refer to each other: only this frees what the last cell held
 
 
 if __name__ == "__main__":
