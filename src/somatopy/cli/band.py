@@ -60,7 +60,7 @@ class Band:
     def __enter__(self) -> Self:
         if (self._folder / PLAN).exists():
             command = [sys.executable, "-m", "somatopy.cli.band", str(os.getpid()), str(self._folder / PLAN)]
-            command += ["--out", str(self._folder / BAND), "--processes", str(max(1, cores() - 1))]
+            command += ["--out", str(self._folder / BAND), "--processes", str(cores())]
             with self._log.open("wb") as log:  # Ctrl-C reaches this process alone, which then tells the band once
                 self._process = subprocess.Popen(
                     command, stdin=subprocess.DEVNULL, stdout=log, stderr=log, process_group=0
