@@ -26,6 +26,16 @@ def test_the_bar_counts_cells_and_failures(described: Callable[..., Any], capsys
     assert "3/4" in printed.err and "1 failed" in printed.err
 
 
+def test_at_the_end_nothing_is_left(described: Callable[..., Any], capsys: pytest.CaptureFixture[str]) -> None:
+    """The time that has gone by stands once; what a cell failed of is one line, however long."""
+    cell = Cell("a", {}, described())
+    with StudyProgress([cell], [cell]) as bar:
+        bar.ended(cell, Outcome("k", None, "no " * 100 + "end"))
+    lines = capsys.readouterr().err.splitlines()
+    assert any(line.startswith("failed: ") and line.endswith(" end") for line in lines)
+    assert lines[-1].endswith("left 0:00:00")
+
+
 def test_what_is_shared_counts_once(described: Callable[..., Any]) -> None:
     """First phases of cells that have them in common, and cells that are described alike."""
     ones = {"a": described(), "again": described(), "none": described(damage="none")}
