@@ -144,6 +144,17 @@ def test_other_folders_are_refused(tmp_path: Path, study: Study) -> None:
         load_study(tmp_path / "full")
 
 
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [("speeds", "speeds"), ("Größe/ü vergleich", "Größe-ü-vergleich"), ("../..", "study"), ("x" * 300, "x" * 100)],
+)
+def test_a_name_is_one_word_of_a_path(name: str, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """No folders within each other, whatever a study is called."""
+    monkeypatch.chdir(tmp_path)
+    path = StudyFolder(None, name).path
+    assert path.parent == Path("runs") and path.name.partition("_")[2] == said and path.is_dir()
+
+
 def test_one_study_at_a_time(tmp_path: Path, study: Study) -> None:
     """The second one is refused and changes nothing; once the first has ended, it may."""
     with StudyFolder(tmp_path, "s").opened(study):

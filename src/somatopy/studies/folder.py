@@ -5,6 +5,7 @@ from __future__ import annotations
 import fcntl
 import json
 import os
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from datetime import datetime
@@ -50,7 +51,7 @@ class StudyFolder:
 
     def __init__(self, path: str | Path | None, name: str) -> None:
         stamp = datetime.now().strftime("%Y%m%d-%H%M%S")
-        self.path = Path(path) if path is not None else Path("runs") / f"{stamp}_{name}"
+        self.path = Path(path) if path is not None else Path("runs") / f"{stamp}_{_in_a_path(name)}"
         self.scratch = self.path / _SCRATCH
         self._journal: IO[bytes] | None = None
         try:
@@ -173,6 +174,11 @@ class StudyFolder:
                 except (ValueError, LookupError, TypeError) as error:
                     raise DescriptionError(_unreadable(path, error)) from error
         return found
+
+
+def _in_a_path(name: str) -> str:
+    """A name as one word of a path: no folders of its own, and nothing that a shell would take apart."""
+    return re.sub(r"[^\w.+-]+", "-", name).strip("-.")[:100] or "study"
 
 
 def _unreadable(path: Path, error: Exception) -> str:
