@@ -48,6 +48,8 @@ class StudyProgress:
         """A cell has ended, well or not."""
         if outcome.rows is None:
             self._failed += 1
-            self._bar.console.print(f"failed: {cell.condition}, seed {cell.seed}: {outcome.cause}", markup=False, soft_wrap=True)
+            self._bar.console.print(
+                f"failed: {cell.condition}, seed {cell.seed}: {outcome.cause}", markup=False, soft_wrap=True
+            )
         said = f"{self._failed} failed" if self._failed else ""
         self._bar.update(self._task, advance=1, said=said)
