@@ -52,6 +52,17 @@ def test_alone_it_explains_itself(capsys: pytest.CaptureFixture[str]) -> None:
         assert all(f"  {verb} " in out for verb in VERBS)
 
 
+def test_a_reader_may_leave(empty: Path) -> None:
+    """As head does: nothing is said, the exit code is that of other programs."""
+    command = [sys.executable, "-m", "somatopy", "run", "--help"]
+    reading = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, cwd=empty)
+    assert reading.stdout is not None and reading.stderr is not None
+    reading.stdout.close()
+    assert reading.stderr.read() == b""
+    reading.stderr.close()
+    assert reading.wait() == 141
+
+
 def test_version(capsys: pytest.CaptureFixture[str]) -> None:
     """The installed one."""
     assert main(["--version"]) == 0
