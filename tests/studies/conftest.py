@@ -98,6 +98,8 @@ class Here:
     def next(self) -> Outcome:
         return self._outcomes.pop(0)
 
+    def forget(self, trunk: str) -> None: ...
+
     def close(self) -> None:
         assert not self._outcomes
 
