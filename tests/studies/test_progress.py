@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -43,4 +44,7 @@ def test_what_is_shared_counts_once(described: Callable[..., Any]) -> None:
     assert (found.cells, found.frames, found.processes) == (4, 2 * (900 + 2 * 450), 3)
     assert found.cpu_hours > 0 and found.wall_hours == pytest.approx(found.cpu_hours / 3)
     assert found.memory_bytes > 3e8 and found.disk_bytes > 0
+    small = replace(found, cpu_hours=0.00123, wall_hours=1234.567, disk_bytes=2e6, processes=1).text()
+    assert "CPU hours    0.001, by" in small and "wall hours   1,234.57 with 1 process\n" in small
+    assert small.endswith("disk         0.002 GB")
     assert found.table()["cells"] == 4 and found.text().startswith("cells        4\nframes       3,600\nCPU hours")
