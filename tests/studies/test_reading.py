@@ -88,6 +88,9 @@ def test_points_of_a_grid_have_names_of_their_own() -> None:
     }
     assert names(planned({"grid": grid}))[2] == "learner hebbian link_rate 0.1, speed 0.10001"
     assert names(planned({"grid": {"learner.arm_map.shape": [[8, 8], [4, 2]]}})) == ["shape 8x8", "shape 4x2"]
+    rates = {"learner.arm_map.learning_rate": [0.1], "learner.head_map.learning_rate": [0.2]}
+    (name,) = names(planned({"grid": rates}))
+    assert name == "learner.arm_map.learning_rate 0.1, learner.head_map.learning_rate 0.2"
     assert names(planned({"grid": {"control": ["none", "frozen"]}})) == ["control none", "control frozen"]
 
 

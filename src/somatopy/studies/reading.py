@@ -158,7 +158,10 @@ def _points(grid: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
 
 
 def _labels(changes: Mapping[str, Any]) -> list[str]:
-    return [f"{key.rpartition('.')[2]} {_said(value)}" for key, value in changes.items()]
+    """What each change is called: by the last word of its key, or by the whole key where others end with that word."""
+    ends = {key: key.rpartition(".")[2] for key in changes}
+    twice = [end for end in ends.values() if [*ends.values()].count(end) > 1]
+    return [f"{key if ends[key] in twice else ends[key]} {_said(value)}" for key, value in changes.items()]
 
 
 def _said(value: Any) -> str:
