@@ -100,7 +100,7 @@ def arms(run: Run) -> np.ndarray:
 
 def test_every_control_is_a_preset() -> None:
     """Named after the paper's experiment, of the same robot, eye, babbling and first phase's damage."""
-    assert set(PRESETS) == {"paper", "paper-2016", *(f"paper-{name}" for name in CONTROLS)}
+    assert set(PRESETS) == {"paper", "paper-wide", "paper-2016", *(f"paper-{name}" for name in CONTROLS)}
     for name, make in PRESETS.items():
         made = make()
         assert made.name == name
