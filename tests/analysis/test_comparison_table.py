@@ -28,7 +28,7 @@ def test_text_says_what_was_measured(study: Any) -> None:
     assert lines[1:3] == ["plastic", "  1 intact  3      54.0 [44.1, 63.9]  67.5 %"]
     assert lines[4] == 'fro_zen, "50%" & {x}'
     assert "−11.0 [−13.5, −8.5]" in lines[5] and lines[5].endswith(".005")
-    assert lines[-1].endswith("They are to: plastic")
+    assert lines[-1].endswith("Differences are to: plastic")
 
 
 @pytest.mark.parametrize("name", ["a", "a condition of a name that is longer than any column of the table could be"])

@@ -114,3 +114,11 @@ def test_a_dry_run_runs_nothing(capsys: pytest.CaptureFixture[str]) -> None:
     said = dict(line.split(maxsplit=1) for line in capsys.readouterr().out.splitlines())
     # A seed's first phase counts once for both of its cells.
     assert said["cells"] == "4" and said["frames"] == f"{2 * (900 + 2 * 450):,}" and {"memory", "disk"} <= {*said}
+
+
+def test_help_shows_what_it_takes(capsys: pytest.CaptureFixture[str]) -> None:
+    """Where several learners and damages are named; a study folder."""
+    assert main(["compare", "--help"]) == 0
+    said = " ".join(capsys.readouterr().out.replace("│", " ").split())
+    assert "Refused: --learners takes several, or one." in said and "Refused: --damages takes several, or one." in said
+    assert "The study folder; runs/<time>_compare if none is named." in said

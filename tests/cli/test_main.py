@@ -52,6 +52,17 @@ def test_alone_it_explains_itself(capsys: pytest.CaptureFixture[str]) -> None:
         assert all(f"  {verb} " in out for verb in VERBS)
 
 
+def test_a_reader_may_leave(empty: Path) -> None:
+    """As head does: nothing is said, the exit code is that of other programs."""
+    command = [sys.executable, "-m", "somatopy", "run", "--help"]
+    reading = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, cwd=empty)
+    assert reading.stdout is not None and reading.stderr is not None
+    reading.stdout.close()
+    assert reading.stderr.read() == b""
+    reading.stderr.close()
+    assert reading.wait() == 141
+
+
 def test_version(capsys: pytest.CaptureFixture[str]) -> None:
     """The installed one."""
     assert main(["--version"]) == 0
@@ -79,8 +90,8 @@ def test_every_verb_has_help_with_an_example(verb: str, capsys: pytest.CaptureFi
         (["dance"], ["'dance'", ", ".join(VERBS)]),
         (["run"], ["paper", "description file", "somatopy run paper"]),
         (["run", "--seed", "1"], ["paper", "description file"]),
-        (["run", "papr"], ["'papr'", "(paper, paper-2016, paper-random, ", "description file"]),
-        (["run", "."], ["'.'", "(paper, paper-2016, paper-random, "]),
+        (["run", "papr"], ["'papr'", "(paper, paper-wide, paper-2016, ", "description file"]),
+        (["run", "."], ["'.'", "(paper, paper-wide, paper-2016, "]),
         (["run", "paper", "--sed", "1"], ["--sed", "--seed"]),
         (["run", "paper", "--babbling.sped", "1"], ["--babbling.sped", "--babbling.speed"]),
         (["run", "paper", "paper"], ["'paper' was not expected"]),

@@ -67,7 +67,7 @@ def test_a_comparison_ends_with_a_table(study: Path, capsys: pytest.CaptureFixtu
     out, err = capsys.readouterr()
     conditions = [line for line in out.splitlines() if line in ("random, none", "fixed, none")]
     assert conditions == ["random, none", "fixed, none"] and out.count("1 intact  2") == 2
-    assert "They are to: random, none" in out and str(study) not in out and f"somatopy report {study}" in err
+    assert "Differences are to: random, none" in out and str(study) not in out and f"somatopy report {study}" in err
     assert all(len(line) <= 80 for line in out.splitlines())
 
 

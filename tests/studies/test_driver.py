@@ -131,7 +131,7 @@ def test_other_names_and_new_seeds_run_only_what_is_new(
     assert not asked and measured(told(renamed)) == measured(
         [{k: v for k, v in row.items() if k != "x"} for row in before if row["condition"] == "paper"]
     )
-    with pytest.raises(somatopy.api.Interrupted, match="2 of 3 cells had ended before"):
+    with pytest.raises(somatopy.api.Interrupted, match="2 of 3 cells have ended, and are kept in"):
         performed(Condition("paper", conditions["paper"], (4, 5)), Condition("none", conditions["none"], (4,)))
     assert asked == [(5, False)]
     again = performed(*(Condition(name, one, (4,), {"x": name}) for name, one in conditions.items()))
@@ -280,7 +280,7 @@ def test_ctrl_c_stops_a_study_that_goes_on(
         process.send_signal(signal.SIGINT)
         said = process.communicate(timeout=60)[1]
     assert process.returncode == 130
-    assert "of 4 cells had ended before" in said and f"Go on with the same command and --out {folder}." in said
+    assert "of 4 cells have ended, and are kept" in said and f"Go on with the same command and --out {folder}." in said
     assert "Traceback" not in said
     assert not any(is_alive(number) for number, _ in noted(own))
     assert [when for _, when in noted(own)] == ["0.0", "0.0"]

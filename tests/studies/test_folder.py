@@ -85,6 +85,25 @@ def test_table_and_journal_are_one(tmp_path: Path, study: Study) -> None:
     assert not (tmp_path / "journal.jsonl").exists()
 
 
+def test_a_study_under_way_can_be_read(tmp_path: Path, study: Study) -> None:
+    """Cells that have ended are in its table, with their names and factors, each once; also after a kill."""
+    first, second = study.cells()[1], study.cells()[4]
+    fill(tmp_path, study, [first])
+    opened = StudyFolder(tmp_path, study.name)
+    with opened.opened(study):
+        opened.append(second, rows_of(second))
+        under_way = seen(tmp_path)
+        named = {(row["condition"], row["seed"], row["mixed"]) for row in load_study(tmp_path).table.to_pylist()}
+        killed = (tmp_path / "journal.jsonl").read_bytes()
+    assert under_way == seen(tmp_path) == {("b", seed, phase) for seed in (0, 1) for phase in (0, 1)}
+    assert named == {("b", 0, "none"), ("b", 1, "none")}
+    (tmp_path / "journal.jsonl").write_bytes(killed + b'[{"torn')
+    assert seen(tmp_path) == under_way
+    (tmp_path / "journal.jsonl").write_bytes(b"no json\n")
+    with pytest.raises(RunFolderError, match="cannot be read"):
+        load_study(tmp_path)
+
+
 def test_rows_of_another_study_are_kept_apart(tmp_path: Path, study: Study, described: Any) -> None:
     """And come back with it; also if the process ends between the writing of two files."""
     cell, foreign = study.cells()[0], Study("t", (Condition("t", described(minutes=2), (0,)),))
@@ -142,6 +161,17 @@ def test_other_folders_are_refused(tmp_path: Path, study: Study) -> None:
         StudyFolder(tmp_path / "full" / "thesis.tex", "s")
     with pytest.raises(RunFolderError, match=r"full is not a study folder: it holds no study.toml."):
         load_study(tmp_path / "full")
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [("speeds", "speeds"), ("Größe/ü vergleich", "Größe-ü-vergleich"), ("../..", "study"), ("x" * 300, "x" * 100)],
+)
+def test_a_name_is_one_word_of_a_path(name: str, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """No folders within each other, whatever a study is called."""
+    monkeypatch.chdir(tmp_path)
+    path = StudyFolder(None, name).path
+    assert path.parent == Path("runs") and path.name.partition("_")[2] == said and path.is_dir()
 
 
 def test_one_study_at_a_time(tmp_path: Path, study: Study) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -26,6 +27,16 @@ def test_the_bar_counts_cells_and_failures(described: Callable[..., Any], capsys
     assert "3/4" in printed.err and "1 failed" in printed.err
 
 
+def test_at_the_end_nothing_is_left(described: Callable[..., Any], capsys: pytest.CaptureFixture[str]) -> None:
+    """The time that has gone by stands once; what a cell failed of is one line, however long."""
+    cell = Cell("a", {}, described())
+    with StudyProgress([cell], [cell]) as bar:
+        bar.ended(cell, Outcome("k", None, "no " * 100 + "end"))
+    lines = capsys.readouterr().err.splitlines()
+    assert any(line.startswith("failed: ") and line.endswith(" end") for line in lines)
+    assert lines[-1].endswith("left 0:00:00")
+
+
 def test_what_is_shared_counts_once(described: Callable[..., Any]) -> None:
     """First phases of cells that have them in common, and cells that are described alike."""
     ones = {"a": described(), "again": described(), "none": described(damage="none")}
@@ -33,4 +44,7 @@ def test_what_is_shared_counts_once(described: Callable[..., Any]) -> None:
     assert (found.cells, found.frames, found.processes) == (4, 2 * (900 + 2 * 450), 3)
     assert found.cpu_hours > 0 and found.wall_hours == pytest.approx(found.cpu_hours / 3)
     assert found.memory_bytes > 3e8 and found.disk_bytes > 0
+    small = replace(found, cpu_hours=0.00123, wall_hours=1234.567, disk_bytes=2e6, processes=1).text()
+    assert "CPU hours    0.001, by" in small and "wall hours   1,234.57 with 1 process\n" in small
+    assert small.endswith("disk         0.002 GB")
     assert found.table()["cells"] == 4 and found.text().startswith("cells        4\nframes       3,600\nCPU hours")

@@ -88,6 +88,9 @@ def test_points_of_a_grid_have_names_of_their_own() -> None:
     }
     assert names(planned({"grid": grid}))[2] == "learner hebbian link_rate 0.1, speed 0.10001"
     assert names(planned({"grid": {"learner.arm_map.shape": [[8, 8], [4, 2]]}})) == ["shape 8x8", "shape 4x2"]
+    rates = {"learner.arm_map.learning_rate": [0.1], "learner.head_map.learning_rate": [0.2]}
+    (name,) = names(planned({"grid": rates}))
+    assert name == "learner.arm_map.learning_rate 0.1, learner.head_map.learning_rate 0.2"
     assert names(planned({"grid": {"control": ["none", "frozen"]}})) == ["control none", "control frozen"]
 
 
@@ -142,20 +145,30 @@ DRAWS = {"draws": 2}
         ({"grid": {"learner": "fixed"}}, "grid: learner = 'fixed' must be a list of the values to try."),
         ({"grid": {"learner": []}}, "grid: learner = [] must be a list of the values to try."),
         ({"grid": [1]}, "grid must be a table of keys, not [1]."),
+        ({"grid": {"seed": [1, 2]}}, "grid has no key 'seed': write seed at the top of the study, or in one of"),
+        ({"grid": {"seeds": [1, 2]}}, "grid has no key 'seeds': write seeds"),
+        ({"every": {"name": "x"}}, "every has no key 'name': write name"),
+        ({"sweep": {**DRAWS, "seeds": [1]}}, "sweep has no key 'seeds': write seeds"),
+        ({"sweep": {**DRAWS, "seed": True, "eye": ["geometric"]}}, "sweep: seed = True must be a whole number from 0"),
+        ({"name": ["a"]}, "name = ['a'] must be a text: it goes into the name of the study folder."),
+        ({"name": ""}, "name = '' must be a text"),
         ({"every": 3}, "every must be a table of keys, not 3."),
         ({"every": {"lerner": "x"}}, "every: unknown key 'lerner'; valid keys there: name, seed, body, eye"),
         ({"every": {"damage": "x"}}, "every: damage = 'x' is unknown; choose none, paper or offset:a,b,c,d"),
         ({"every": {"minutes": "ten"}}, "every: Minutes must be finite and at least 0, not 'ten'."),
         ({"grid": {"damage": ["x"]}}, "The condition 'damage x': damage = 'x' is unknown; choose none, paper or"),
         ({"grid": {"babbling.sped": [1]}}, "The condition 'sped 1': unknown key 'babbling.sped'; valid keys there: "),
-        ({"preset": "x"}, "preset = 'x' is unknown; choose one of paper, paper-2016, "),
+        ({"preset": "x"}, "preset = 'x' is unknown; choose one of paper, paper-wide, "),
         ({"preset": ["x"]}, "preset = ['x'] is unknown; choose one of paper, "),
         ({"preset": "paper", "base": "x"}, "A study begins with a preset or with a base, a description file: give one"),
         ({"ceilings": 1}, "ceilings = 1 must be true or false."),
         ({"keep_frames": "no"}, "keep_frames = 'no' must be true or false."),
         ({"sweep": {"babbling.speed": [0.1]}}, "sweep: draws = None must say how many conditions are drawn"),
         ({"sweep": DRAWS}, "sweep: name what is drawn by its key, such as babbling.speed = {low = 0.1, high = 0.8}."),
-        ({"sweep": {**DRAWS, "seed": "x", "seeds": [1]}}, "sweep: seed = 'x' must be a whole number from 0 up."),
+        (
+            {"sweep": {**DRAWS, "seed": "x", "eye": ["geometric"]}},
+            "sweep: seed = 'x' must be a whole number from 0 up.",
+        ),
         (
             {"sweep": {**DRAWS, "babbling": {"speed": {"lo": 1}}}},
             "babbling.speed.lo = 1 is no distribution. Write {low",
@@ -174,6 +187,7 @@ def test_errors_name_key_value_and_choices(table: dict[str, Any], said: str) -> 
     [
         *(3, "x", [], {"choices": []}, {"low": 2, "high": 1}, {"low": 1}, {"low": 0, "high": 1, "log": True}),
         *({"low": 0, "high": 1, "step": 1}, {"low": 0, "high": 1, "choices": [1]}, {"low": "a", "high": "b"}),
+        *({"low": 0, "high": True}, {"low": 0.1, "high": float("inf")}, {"low": 0.1, "high": 1, "log": "yes"}),
     ],
 )
 def test_what_is_no_distribution(space: Any) -> None:

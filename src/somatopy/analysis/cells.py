@@ -30,6 +30,9 @@ __all__ = ["CELLS", "COLUMNS", "COSTS", "FAILURES", "STUDY", "CellColumn", "Stud
 
 #: Files of a study folder: all rows, what ended with an error, and what is studied.
 CELLS, FAILURES, STUDY = "cells.parquet", "failures.json", "study.toml"
+#: In the folder of a study that is under way: the rows of each cell that ended since it was begun, one line a cell.
+JOURNAL = "journal.jsonl"
+_OF_A_ROW = ("condition", "seed", "phase")
 
 
 class CellColumn(NamedTuple):
@@ -237,7 +240,7 @@ class StudyResult:
 
 
 def load_study(path: str | Path) -> StudyResult:
-    """Open a study folder.
+    """Open a study folder, also that of a study that is under way.
 
     Raises:
         RunFolderError: no study folder, or a broken file in it.
@@ -250,25 +253,61 @@ def load_study(path: str | Path) -> StudyResult:
         raise RunFolderError(f"{folder} is not a study folder: it holds no {STUDY}.")
     try:
         study = tomllib.loads((folder / STUDY).read_text(encoding="utf-8"))
+        ended = [row for rows in journalled(folder) for row in rows]  # first: when the study ends they go to the table
         table = pq.read_table(folder / CELLS) if (folder / CELLS).exists() else to_table([])
+        table = _with(table, [row for row in ended if row.get("condition") in study.get("conditions", ())])
         failed = folder / FAILURES
         failures = json.loads(failed.read_text(encoding="utf-8")) if failed.exists() else []
-    except (OSError, ValueError, pa.ArrowException) as error:
+    except (OSError, ValueError, TypeError, pa.ArrowException) as error:
         raise RunFolderError(f"{folder} cannot be read ({str(error).splitlines()[0]}).") from error
     return StudyResult(folder, table, failures, study)
 
 
+def journalled(folder: Path) -> list[list[dict[str, Any]]]:
+    """The rows of each cell that ended since the study was begun; a line that a crash cut off is none.
+
+    Raises:
+        ValueError: a line is no JSON.
+    """
+    path = folder / JOURNAL
+    lines = path.read_bytes().splitlines(keepends=True) if path.exists() else ()
+    return [json.loads(line) for line in lines if line.endswith(b"\n")]
+
+
+def _with(table: pa.Table, rows: Sequence[Mapping[str, Any]]) -> pa.Table:
+    """A table with rows that it may have already."""
+    there = {*zip(*(table[name].to_pylist() for name in _OF_A_ROW), strict=True)} if rows else set()
+    new = [row for row in rows if tuple(row[name] for name in _OF_A_ROW) not in there]
+    return to_table([*table.to_pylist(), *new]) if new else table
+
+
 def to_table(rows: Sequence[Mapping[str, Any]]) -> pa.Table:
-    """Rows as a table: the columns of a study's own first, then `COLUMNS`, then `COSTS`."""
+    """Rows as a table: the columns of a study's own first, then `COLUMNS`, then `COSTS`.
+
+    A factor with numbers and texts, or truths, becomes text.
+    """
     import pyarrow as pa
 
     known = [*COLUMNS, *COSTS]
     own = list(dict.fromkeys(name for row in rows for name in row if name not in {c.name for c in known}))
+    rows = _alike(rows, own)
     fields = [(column.name, _arrow_type(column)) for column in known]
     order = sorted(rows, key=lambda row: (row["condition"], row["seed"], row["key"], row["phase"]))
     arrays = {name: pa.array([row.get(name) for row in order]) for name in own}
     arrays |= {name: pa.array([row.get(name) for row in order], kind) for name, kind in fields}
     return pa.table(arrays)
+
+
+def _alike(rows: Sequence[Mapping[str, Any]], factors: Sequence[str]) -> list[Mapping[str, Any]]:
+    """Rows whose factors have values of one type each."""
+    types: dict[str, set[type]] = {name: set() for name in factors}
+    for row in rows:
+        for name in factors:
+            if (value := row.get(name)) is not None:
+                types[name].add(float if type(value) is int else type(value))
+    mixed = [name for name, found in types.items() if len(found) > 1]
+    texts = [{name: str(row[name]) for name in mixed if row.get(name) is not None} for row in rows]
+    return [{**row, **text} for row, text in zip(rows, texts, strict=True)]
 
 
 def _arrow_type(column: CellColumn) -> Any:

@@ -118,7 +118,7 @@ def text_table(comparison: Comparison) -> str:
           1 intact  3      10.0 [7.5, 12.5]   —            −33.7 [−38.8, −28.5]  .001
         <BLANKLINE>
         [ ]: 95 % interval of the mean over seeds. Differences in hand seen are paired
-        by seed, and their p adjusted for their number (Holm). They are to: hebbian
+        by seed, and their p adjusted for their number (Holm). Differences are to: hebbian
     """
     if not comparison.rows:
         return "No cell has finished: there is nothing to compare."
@@ -133,7 +133,7 @@ def text_table(comparison: Comparison) -> str:
 
 
 _NOTE = """[ ]: 95 % interval of the mean over seeds. Differences in hand seen are paired
-by seed, and their p adjusted for their number (Holm). They are to: {}"""
+by seed, and their p adjusted for their number (Holm). Differences are to: {}"""
 
 
 def _text_cells(comparison: Comparison, condition: str, phase: int) -> tuple[str, str, str, str, str]:
@@ -222,7 +222,7 @@ def latex_table(comparison: Comparison) -> str:
     ]
     lines = [
         "% Needs the package booktabs. Means over seeds [95 % intervals]. Differences in seen are paired by seed,",
-        "% and their p adjusted for their number (Holm). They are to: " + " ".join(comparison.against.split()),
+        "% and their p adjusted for their number (Holm). Differences are to: " + " ".join(comparison.against.split()),
         rf"\begin{{tabular}}{{ll{'r' * (len(heads) - 2)}}}",
         r"\toprule",
         " & ".join(heads) + r" \\",

@@ -37,7 +37,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run one command.
 
     Returns:
-        0 done, 1 failed, 2 wrong use, 130 interrupted. Tracebacks are shown with --debug only.
+        0 done, 1 failed, 2 wrong use, 130 interrupted, 141 if the reader of standard output left.
+        Tracebacks are shown with --debug only.
     """
     args = [*(sys.argv[1:] if argv is None else argv)]  # `list` is a verb's module here, once it is imported
     if not args or args[0] in ("-h", "--help"):
@@ -51,11 +52,23 @@ def main(argv: Sequence[str] | None = None) -> int:
         return _fail(f"{verb!r} is no verb of somatopy. Choose one of {', '.join(VERBS)}.", 2)
     os.environ.setdefault("PYDANTIC_ERRORS_INCLUDE_URL", "0")
     try:
+        code = _called(verb, rest)
+        sys.stdout.flush()
+    except BrokenPipeError:  # who read standard output, such as head, has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+        return 141
+    return code
+
+
+def _called(verb: str, rest: Sequence[str]) -> int:
+    try:
         code: int = importlib.import_module(f"somatopy.cli.{verb}").main(rest)
     except KeyboardInterrupt as interrupt:
         return _fail(str(interrupt) or "Interrupted.", 130)
     except SystemExit as error:
         return error.code if isinstance(error.code, int) else 2
+    except BrokenPipeError:
+        raise
     except Exception as error:
         if "--debug" in rest:
             traceback.print_exc()

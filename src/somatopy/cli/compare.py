@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from math import isfinite
+from pathlib import Path
 from typing import Annotated, Any
 
 import tyro
@@ -32,8 +33,11 @@ _Switch = Annotated[bool, tyro.conf.FlagCreatePairsOff]
 
 @dataclass(frozen=True)
 class CompareFlags(Flags):
-    """The common flags, and those of a comparison."""
+    """The common flags, and those of a comparison; those that choose one point to those that take several."""
 
+    learner: Annotated[str | None, mark("KIND", "Refused: --learners takes several, or one.", None)] = None
+    damage: Annotated[str | None, mark("KIND", "Refused: --damages takes several, or one.", None)] = None
+    out: Annotated[Path | None, mark("FOLDER", "The study folder; runs/<time>_compare if none is named.", None)] = None
     learners: Annotated[
         str, mark("A,B,...", "Kinds of learners, or names of controls such as frozen, separated by commas.", None)
     ] = "hebbian,random,fixed"

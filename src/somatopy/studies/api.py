@@ -77,6 +77,11 @@ def backend_for(plan: Study, ray: str | None) -> Callable[[Path], Backend] | Non
 
 
 def _conditions(described: Mapping[str, Description], seeds: tuple[int, ...], eye: str | None) -> list[Condition]:
+    if not isinstance(described, Mapping) or not all(isinstance(name, str) for name in described):
+        raise DescriptionError(
+            'A study is a file, a Study, or descriptions by the name of their condition, such as {"paper": paper()}; '
+            f"not {described!r:.100}."
+        )
     if wrong := [name for name, one in described.items() if not isinstance(one, Description)]:
         raise DescriptionError(
             f"{wrong[0]!r} must be a description, such as paper(), not {described[wrong[0]]!r}. What a study file "

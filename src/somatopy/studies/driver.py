@@ -84,9 +84,10 @@ def perform(
                 with bar as shown:
                     _work_off(Queue(waiting, study.keep_frames, cells), runner, folder, failures, shown)
             except KeyboardInterrupt:
+                ended = sum(cell.key in folder.rows for cell in cells)
                 raise Interrupted(
-                    f"Interrupted; {len(cells) - len(waiting)} of {len(cells)} cells had ended before, and all that "
-                    f"ended since are kept in {folder.path}. Go on with the same command and --out {folder.path}."
+                    f"Interrupted: {ended} of {len(cells)} cells have ended, and are kept in {folder.path}. "
+                    f"Go on with the same command and --out {folder.path}."
                 ) from None
             finally:
                 runner.close()

@@ -53,11 +53,16 @@ class Estimate:
         return (
             f"cells        {self.cells:,}\n"
             f"frames       {self.frames:,}\n"
-            f"CPU hours    {self.cpu_hours:.2f}, by a trial of {_TRIAL} frames of each sort of run\n"
-            f"wall hours   {self.wall_hours:.2f} with {self.processes} processes\n"
+            f"CPU hours    {_said(self.cpu_hours)}, by a trial of {_TRIAL} frames of each sort of run\n"
+            f"wall hours   {_said(self.wall_hours)} with {self.processes} process{'es' * (self.processes != 1)}\n"
             f"memory       {self.memory_bytes / 1e9:.1f} GB\n"
-            f"disk         {self.disk_bytes / 1e9:.2f} GB"
+            f"disk         {_said(self.disk_bytes / 1e9)} GB"
         )
+
+
+def _said(amount: float) -> str:
+    """Two decimals, or what is no more than a tenth by its first digit: no amount becomes 0."""
+    return f"{amount:,.2f}" if amount > 0.1 else f"{float(f'{amount:.1g}'):f}".rstrip("0")
 
 
 def estimate(study: Study, processes: int | None = None) -> Estimate:

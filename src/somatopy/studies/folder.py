@@ -5,6 +5,7 @@ from __future__ import annotations
 import fcntl
 import json
 import os
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from datetime import datetime
@@ -15,14 +16,14 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import tomli_w
 
-from somatopy.analysis.cells import CELLS, COLUMNS, COSTS, FAILURES, STUDY, to_table
+from somatopy.analysis.cells import CELLS, COLUMNS, COSTS, FAILURES, JOURNAL, STUDY, journalled, to_table
 from somatopy.experiment.description import DescriptionError
 from somatopy.files import write_whole
 from somatopy.studies.plan import Cell, Study
 
 __all__ = ["StudyFolder", "plain"]
 
-_JOURNAL, _SCRATCH = "journal.jsonl", "work"
+_SCRATCH = "work"
 #: Rows of cells that are none of the study's any more, such as those of older code.
 OTHERS = "others.parquet"
 #: What a row says of a cell, whatever a study calls it.
@@ -50,7 +51,7 @@ class StudyFolder:
 
     def __init__(self, path: str | Path | None, name: str) -> None:
         stamp = datetime.now().strftime("%Y%m%d-%H%M%S")
-        self.path = Path(path) if path is not None else Path("runs") / f"{stamp}_{name}"
+        self.path = Path(path) if path is not None else Path("runs") / f"{stamp}_{_in_a_path(name)}"
         self.scratch = self.path / _SCRATCH
         self._journal: IO[bytes] | None = None
         try:
@@ -85,11 +86,11 @@ class StudyFolder:
             self._write_tables(study)
             self.scratch.mkdir(exist_ok=True)
             try:
-                with (self.path / _JOURNAL).open("wb") as self._journal:
+                with (self.path / JOURNAL).open("wb") as self._journal:
                     yield self.rows
             finally:
                 self._write_tables(study)
-                (self.path / _JOURNAL).unlink()
+                (self.path / JOURNAL).unlink()
 
     def kept(self) -> dict[str, Rows]:
         """The rows of each finished cell, by key, as the files have them; nothing is written.
@@ -103,8 +104,9 @@ class StudyFolder:
         """Keep the rows of a cell that has ended."""
         whole = [{"key": cell.key, "description": cell.description, "code": cell.code, **row} for row in rows]
         self.rows[cell.key] = whole
+        named = [{**_named(cell), **row} for row in whole]
         assert self._journal is not None
-        self._journal.write(json.dumps(whole).encode() + b"\n")
+        self._journal.write(json.dumps(named).encode() + b"\n")
         self._journal.flush()
         os.fsync(self._journal.fileno())
 
@@ -130,16 +132,12 @@ class StudyFolder:
     def _write_tables(self, study: Study) -> None:
         """Write the rows of the study's cells, named, and apart from them those of other cells."""
         cells = study.cells()
-        named = [
-            {**{key: _column(value) for key, value in cell.factors.items()}, "condition": cell.condition, **row}
-            for cell in cells
-            for row in self.rows.get(cell.key, ())
-        ]
+        named = [{**_named(cell), **row} for cell in cells for row in self.rows.get(cell.key, ())]
         keys = {cell.key for cell in cells}
         others = [row for key, rows in self.rows.items() if key not in keys for row in rows]
         if others or (self.path / OTHERS).exists():  # all rows first: a crash in between loses none
             self._write(OTHERS, [{"condition": "", **row} for rows in self.rows.values() for row in rows])
-        self._write(CELLS, _alike(named))
+        self._write(CELLS, named)
         if (self.path / OTHERS).exists():
             self._write(OTHERS, [{"condition": "", **row} for row in others])
 
@@ -163,16 +161,23 @@ class StudyFolder:
 
     def _journalled(self) -> dict[str, Rows]:
         """Cells that ended since the table was written; a line that a crash cut off is none."""
-        path = self.path / _JOURNAL
-        found = {}
-        for line in path.read_bytes().splitlines(keepends=True) if path.exists() else ():
-            if line.endswith(b"\n"):
-                try:
-                    rows = json.loads(line)
-                    found[rows[0]["key"]] = rows
-                except (ValueError, LookupError, TypeError) as error:
-                    raise DescriptionError(_unreadable(path, error)) from error
-        return found
+        try:
+            lines = [(rows[0]["key"], rows) for rows in journalled(self.path)]
+            return {
+                key: [{name: row[name] for name in _MEASURED if name in row} for row in rows] for key, rows in lines
+            }
+        except (ValueError, LookupError, TypeError) as error:
+            raise DescriptionError(_unreadable(self.path / JOURNAL, error)) from error
+
+
+def _named(cell: Cell) -> dict[str, Any]:
+    """What a study calls a cell: its factors and its condition."""
+    return {**{key: _column(value) for key, value in cell.factors.items()}, "condition": cell.condition}
+
+
+def _in_a_path(name: str) -> str:
+    """A name as one word of a path: no folders of its own, and nothing that a shell would take apart."""
+    return re.sub(r"[^\w.+-]+", "-", name).strip("-.")[:100] or "study"
 
 
 def _unreadable(path: Path, error: Exception) -> str:
@@ -181,16 +186,6 @@ def _unreadable(path: Path, error: Exception) -> str:
         f"{path} cannot be read ({why}). Restore it from a copy, or move it away: the study then runs all its cells "
         "again."
     )
-
-
-def _alike(rows: Rows) -> Rows:
-    """Rows whose factors have values of one type each: a factor with numbers and texts, or truths, becomes text."""
-    types: dict[str, set[type]] = {}
-    for row in rows:
-        for name in row.keys() - {*_MEASURED, "condition"}:
-            types.setdefault(name, set()).add(float if type(row[name]) is int else type(row[name]))
-    mixed = {name for name, found in types.items() if len(found) > 1}
-    return [{name: str(value) if name in mixed else value for name, value in row.items()} for row in rows]
 
 
 def _column(value: Any) -> str | float | int | bool | None:

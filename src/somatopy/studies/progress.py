@@ -31,7 +31,7 @@ class StudyProgress:
             TextColumn("{task.fields[said]}"),
             TimeElapsedColumn(),
             TextColumn("left"),
-            TimeRemainingColumn(elapsed_when_finished=True),
+            TimeRemainingColumn(),
             console=Console(stderr=True),
             speed_estimate_period=3600,
         )
@@ -48,6 +48,8 @@ class StudyProgress:
         """A cell has ended, well or not."""
         if outcome.rows is None:
             self._failed += 1
-            self._bar.console.print(f"failed: {cell.condition}, seed {cell.seed}: {outcome.cause}", markup=False)
+            self._bar.console.print(
+                f"failed: {cell.condition}, seed {cell.seed}: {outcome.cause}", markup=False, soft_wrap=True
+            )
         said = f"{self._failed} failed" if self._failed else ""
         self._bar.update(self._task, advance=1, said=said)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -71,7 +72,7 @@ def planned(table: Mapping[str, Any]) -> Study:
                 conditions.append(
                     Condition(name, with_changes(base, factors, f"The condition {name!r}"), seeds, factors)
                 )
-    return Study(str(table.get("name", "study")), tuple(conditions), _flag(table, "ceilings"), _kept(table))
+    return Study(_name(table), tuple(conditions), _flag(table, "ceilings"), _kept(table))
 
 
 def with_changes(base: Description, changes: Mapping[str, Any], source: str) -> Description:
@@ -93,6 +94,13 @@ def base_of(table: Mapping[str, Any]) -> Description:
     return PRESETS[preset]()
 
 
+def _name(table: Mapping[str, Any]) -> str:
+    name = table.get("name", "study")
+    if not isinstance(name, str) or not name.strip():
+        raise DescriptionError(f"name = {name!r} must be a text: it goes into the name of the study folder.")
+    return name
+
+
 def _flag(table: Mapping[str, Any], key: str, default: bool = True) -> bool:
     value = table.get(key, default)
     if not isinstance(value, bool):
@@ -108,6 +116,11 @@ def _table(table: Mapping[str, Any], key: str) -> Mapping[str, Any]:
     found = table.get(key, {})
     if not isinstance(found, Mapping):
         raise DescriptionError(f"{key} must be a table of keys, not {found!r}.")
+    own = ("draws", "seed") if key == "sweep" else ()
+    if beside := [word for word in _OF_A_CONDITION if word in found and word not in own]:
+        raise DescriptionError(
+            f"{key} has no key {beside[0]!r}: write {beside[0]} at the top of the study, or in one of its conditions."
+        )
     return found
 
 
@@ -150,7 +163,10 @@ def _points(grid: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
 
 
 def _labels(changes: Mapping[str, Any]) -> list[str]:
-    return [f"{key.rpartition('.')[2]} {_said(value)}" for key, value in changes.items()]
+    """What each change is called: by the last word of its key, or by the whole key where others end with that word."""
+    ends = {key: key.rpartition(".")[2] for key in changes}
+    twice = [end for end in ends.values() if [*ends.values()].count(end) > 1]
+    return [f"{key if ends[key] in twice else ends[key]} {_said(value)}" for key, value in changes.items()]
 
 
 def _said(value: Any) -> str:
@@ -173,7 +189,7 @@ def _draws(sweep: Mapping[str, Any]) -> list[tuple[list[str], dict[str, Any]]]:
     draws, seed = table.pop("draws", None), table.pop("seed", 0)
     if not isinstance(draws, int) or isinstance(draws, bool) or draws < 1:
         raise DescriptionError(f"sweep: draws = {draws!r} must say how many conditions are drawn, such as 20.")
-    if not isinstance(seed, int) or seed < 0:
+    if not isinstance(seed, int) or isinstance(seed, bool) or seed < 0:
         raise DescriptionError(f"sweep: seed = {seed!r} must be a whole number from 0 up.")
     if not table:
         raise DescriptionError(
@@ -212,13 +228,18 @@ def space_of(key: str, space: Any) -> dict[str, Any]:
             return dict(found)
         low: Any = found.get("low")
         high: Any = found.get("high")
-        numbers = isinstance(low, int | float) and isinstance(high, int | float)
-        if numbers and low < high and (not found.get("log") or low > 0) and not found.keys() - {"low", "high", "log"}:
+        log = found.get("log", False)
+        scaled = isinstance(log, bool) and not found.keys() - {"low", "high", "log"}
+        if scaled and _is_number(low) and _is_number(high) and low < high and (not log or low > 0):
             return dict(found)
     raise DescriptionError(
         f"{key} = {space!r} is no distribution. Write {{low = 0.1, high = 0.8}}, with log = true for a logarithmic "
         "scale (low must be over 0), or a list of choices. Whole numbers as bounds give whole numbers."
     )
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and isfinite(value)
 
 
 def _drawn(space: Mapping[str, Any], rng: np.random.Generator) -> Any:
