@@ -118,7 +118,8 @@ def text_table(comparison: Comparison) -> str:
           1 intact  3      10.0 [7.5, 12.5]   —            −33.7 [−38.8, −28.5]  .001
         <BLANKLINE>
         [ ]: 95 % interval of the mean over seeds. Differences in hand seen are paired
-        by seed, and their p adjusted for their number (Holm). Differences are to: hebbian
+        by seed, and their p adjusted for their number (Holm).
+        Differences are to: hebbian
     """
     if not comparison.rows:
         return "No cell has finished: there is nothing to compare."
@@ -133,7 +134,8 @@ def text_table(comparison: Comparison) -> str:
 
 
 _NOTE = """[ ]: 95 % interval of the mean over seeds. Differences in hand seen are paired
-by seed, and their p adjusted for their number (Holm). Differences are to: {}"""
+by seed, and their p adjusted for their number (Holm).
+Differences are to: {}"""
 
 
 def _text_cells(comparison: Comparison, condition: str, phase: int) -> tuple[str, str, str, str, str]:
