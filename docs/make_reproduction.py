@@ -348,7 +348,8 @@ The seed is the unit. A claim holds if the 95 % interval of the mean over seeds 
 Student's t below); *level* is a test of equivalence with margins that were fixed beforehand. The paper's numbers of its
 one run are compared with the range into which one more of our seeds would fall. *By chance* is the share of seeds that
 show it with the best fixed head posture, which learns nothing. A claim that is marked as fitted was asked for in the
-calibration; that it holds is no discovery.
+calibration; that it holds is no discovery. *p, Holm* is of the test behind a verdict, corrected for the number of
+claims; verdicts themselves are not corrected.
 """
 
 FIGURES = """

@@ -15,7 +15,7 @@ import numpy as np
 from somatopy import Session, paper
 from somatopy.experiment import frames_of
 
-ENOUGH = 100
+ENOUGH = 300
 
 
 class Diary:
