@@ -19,6 +19,8 @@ from somatopy.analysis.cells import COSTS, StudyResult, load_study, measures
 from somatopy.api import run
 from somatopy.studies import Condition, Study, load_plan, planned
 from somatopy.studies.driver import perform
+from somatopy.studies.local import Outcome
+from somatopy.studies.task import Task
 
 DRIVE = """
 import sys
@@ -286,3 +288,34 @@ def test_ctrl_c_stops_a_study_that_goes_on(
     assert [when for _, when in noted(own)] == ["0.0", "0.0"]
     assert went_on(own, folder, in_process) == undisturbed
     assert sum(when == "0.0" for _, when in noted(own)) == 2
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_signals_interrupt_also_where_they_were_ignored(
+    number: signal.Signals, described: Described, tmp_path: Path
+) -> None:
+    """As a shell ignores Ctrl-C for what it starts in the background; afterwards all is as it was."""
+
+    class Told:
+        capacity = 1
+
+        def __init__(self, scratch: Path) -> None: ...
+
+        def submit(self, task: Task) -> None: ...
+
+        def forget(self, trunk: str) -> None: ...
+
+        def next(self) -> Outcome:
+            os.kill(os.getpid(), number)
+            raise AssertionError("the signal came too late")
+
+        def close(self) -> None: ...
+
+    study = Study("told", (Condition("all", described(), (0,)),))
+    before = signal.signal(number, signal.SIG_IGN)
+    try:
+        with pytest.raises(somatopy.api.Interrupted):
+            perform(study, tmp_path / "told", backend=Told, progress=False)
+        assert signal.getsignal(number) == signal.SIG_IGN
+    finally:
+        signal.signal(number, before)

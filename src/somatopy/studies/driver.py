@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import shutil
+import signal
+import threading
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -81,7 +83,7 @@ def perform(
         if waiting:
             runner = backend(folder.scratch) if backend else Local(folder.scratch, processes)
             try:
-                with bar as shown:
+                with _interruptible(), bar as shown:
                     _work_off(Queue(waiting, study.keep_frames, cells), runner, folder, failures, shown)
             except KeyboardInterrupt:
                 ended = sum(cell.key in folder.rows for cell in cells)
@@ -96,6 +98,20 @@ def perform(
             _tidy(folder.scratch, study.keep_frames)
         folder.write_failures(failures)
     return load_study(folder.path)
+
+
+@contextmanager
+def _interruptible() -> Iterator[None]:
+    """Let Ctrl-C and SIGTERM interrupt, also where a shell that started this in the background ignores the first."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = {number: signal.signal(number, signal.default_int_handler) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler if handler is not None else signal.SIG_DFL)
 
 
 def _once(cells: Iterable[Cell]) -> list[Cell]:
