@@ -121,7 +121,8 @@ def _finish(figure: Figure, panels: Sequence[Axes], run: Run, summary: Mapping[s
     for axes in panels:
         axes.set_xlim(-0.015 * end, end)
         axes.locator_params(axis="x", integer=True)
-    top.set_ylim(0, 100)
+    top.set_ylim(0, 112)  # room on top for the words at the borders
+    top.set_yticks(range(0, 101, 20))
     for at, name in borders(summary["phases"]):
         for axes in panels:
             mark(axes, at, name if axes is top else "")
