@@ -8,7 +8,9 @@ The arm postures are those of the paper's babbling, 273,872 frames with physics.
 from __future__ import annotations
 
 import argparse
+import os
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from time import perf_counter
 
 import matplotlib.pyplot as plt
@@ -19,7 +21,7 @@ from somatopy.babbling import UniformBabbler
 from somatopy.bodies import MujocoBody
 from somatopy.clock import WINDOW
 from somatopy.experiment import ceiling
-from somatopy.experiment.ceiling import EVERY, Vantages, _compute, reachable, reactive_hits
+from somatopy.experiment.ceiling import EVERY, Vantages, reachable, reactive_hits
 from somatopy.eyes import FiducialEye
 from somatopy.eyes.frustum import may_be_seen, optics
 from somatopy.percept import Floats
@@ -117,9 +119,11 @@ def main() -> None:
     args = parser.parse_args()
     body = MujocoBody("nao")
     arms = trajectory(body)
-    start = perf_counter()
-    result = _compute([body, body], [arms[: FRAMES[0]], arms[FRAMES[0] :]], WINDOW, EVERY, GRID)
-    seconds, reactive = perf_counter() - start, result["reactive"]
+    with TemporaryDirectory() as empty:
+        os.environ["XDG_CACHE_HOME"] = empty  # so that nothing is looked up
+        start = perf_counter()
+        result = ceiling.ceiling([body, body], [arms[: FRAMES[0]], arms[FRAMES[0] :]], WINDOW, EVERY, GRID)
+        seconds, reactive = perf_counter() - start, result["reactive"]
     windows = [rate for phase in result["phases"] for rate in phase["per_window"]]
     print(f"run of {len(arms)} frames: {seconds:.1f} s; ceiling {result['rate']:.2%}", end=", ")
     print(f"windows {min(windows):.1%} to {max(windows):.1%}, standard deviation {np.std(windows):.1%}")

@@ -27,7 +27,7 @@ def test_cells_that_need_not_wait_come_first(described: Callable[..., Any]) -> N
     assert [task.key for task in taken] == [one.key, third.key, other.key, fourth.key]
     assert all(task.training is not None for task in taken) and taken[0].trunk == taken[2].trunk
     assert queue.no_longer_shared(queue.ended(one.key)) == []
-    assert queue.no_longer_shared(queue.ended(other.key)) == [f"training-{one.trunk}"]
+    assert queue.no_longer_shared(queue.ended(other.key)) == [one.trunk]
     assert queue and {cell.key for cell in queue.under_way.values()} == {third.key, fourth.key}
 
 

@@ -13,7 +13,7 @@ from somatopy.analysis.runs import Run
 from somatopy.analysis.verdicts import Judged, judge_over_seeds
 from somatopy.percept import Floats
 
-__all__ = ["Spread", "render_verdicts", "spread_of", "verdict_rows", "verdicts_of"]
+__all__ = ["Spread", "render_verdicts", "seeds_of", "spread_of", "verdict_rows", "verdicts_of"]
 
 
 class Spread(NamedTuple):
@@ -53,6 +53,12 @@ def verdicts_of(run: Run) -> list[Judged]:
     return judge_over_seeds(result, result.conditions[0]) if result is not None else []
 
 
+def seeds_of(run: Run) -> int:
+    """How many seeds the band of a run has; 0 where it has none."""
+    result = _opened(run)
+    return 0 if result is None else len(set(result.table["seed"].to_pylist()))
+
+
 def _opened(run: Run) -> StudyResult | None:
     result = load_study(run.band) if run.band is not None else None
     return result if result is not None and len(result.table) else None
@@ -72,9 +78,14 @@ def verdict_rows(judged: Sequence[Judged]) -> list[Mapping[str, str]]:
     ]
 
 
-def render_verdicts(judged: Sequence[Judged]) -> str:
-    """The same as fixed-width text."""
-    seeds = max((one.interval.n for one in judged), default=0)
+def render_verdicts(judged: Sequence[Judged], seeds: int | None = None) -> str:
+    """The same as fixed-width text.
+
+    Args:
+        judged: the verdicts.
+        seeds: how many seeds there are; as many as the longest claim has if None.
+    """
+    seeds = max((one.interval.n for one in judged), default=0) if seeds is None else seeds
     lines = [(f"over {seeds} seeds, geometric eye", "mean [95 %]", "seeds", "verdict")]
     for one, row in zip(judged, verdict_rows(judged), strict=True):
         lines.append((one.claim.key, row["ours"], row["shown"], row["verdict"]))

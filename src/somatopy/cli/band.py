@@ -7,6 +7,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Self
@@ -98,7 +99,11 @@ class Band:
 
     def discard(self) -> None:
         """Remove what was planned."""
-        shutil.rmtree(self._folder / BAND, ignore_errors=True)
+        for _ in range(50):  # processes of the band end a moment after it, and may write until then
+            shutil.rmtree(self._folder / BAND, ignore_errors=True)
+            if not (self._folder / BAND).exists():
+                break
+            time.sleep(0.1)
         for path in (self._folder / PLAN, self._log):
             path.unlink(missing_ok=True)
 

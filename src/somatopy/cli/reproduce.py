@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
 from somatopy.analysis import load_run
 from somatopy.analysis.band import render_verdicts, verdicts_of
+from somatopy.analysis.band import seeds_of as seeds_of_band
 from somatopy.analysis.series import distance_units
 from somatopy.analysis.standings import render_standings, standings
 from somatopy.analysis.table import comparison, render
@@ -69,7 +70,8 @@ def _marked(folder: Path) -> Iterator[None]:
         if not (folder / DESCRIPTION).exists():
             Band(folder).discard()
             (folder / CONTROLS_FOLDER).rmdir()
-            folder.rmdir()
+            with suppress(OSError):
+                folder.rmdir()
         raise
 
 
@@ -92,7 +94,7 @@ def complete(folder: Path, as_json: bool, anyway: bool = False, band: Band | Non
         print(
             render(comparison(run.summary or {}, distance_units(run))),
             render_standings(standings(run), names),
-            *([render_verdicts(judged)] if (judged := verdicts_of(run)) else []),
+            *([render_verdicts(judged, seeds_of_band(run))] if (judged := verdicts_of(run)) else []),
             sep="\n\n",
         )
     note(f"Run folder: {folder}\nReport:     {report}")

@@ -52,7 +52,9 @@ def figure3(run: Run | Mapping[str, Any]) -> Figure:
         _note_shortness(axes, summary["phases"])
         entries = {str(drawn.get_label()): drawn for drawn in (*axes.get_lines(), *axes.collections)}
         named = [label for label in LEGEND if label in entries]
-        figure.legend([entries[label] for label in named], named, loc="outside lower center", ncols=3 if len(named) < 4 else 2)
+        figure.legend(
+            [entries[label] for label in named], named, loc="outside lower center", ncols=3 if len(named) < 4 else 2
+        )
     return figure
 
 

@@ -33,7 +33,7 @@ def rates_chart(comparison: Comparison) -> Figure | None:
     labels = [_label(name) for name in names]
     phases = sorted({row.phase for row in rows})
     lines = max(label.count("<br>") + 1 for label in labels)
-    figure = plain_figure(height=110 + len(names) * max(17 * lines, 15 * len(phases) + 8))
+    figure = plain_figure(height=110 + len(names) * max(17 * lines, 16 * len(phases) + 8))
     for k, phase in enumerate(phases):
         places = {name: n + 0.62 * (k - (len(phases) - 1) / 2) / len(phases) for n, name in enumerate(names)}
         _add_phase(figure, [row for row in rows if row.phase == phase], places, look(k)[0])
