@@ -96,6 +96,7 @@ def test_damages_by_table() -> None:
         ({"learner": "x"}, "S: learner.kind = 'x' is unknown; choose one of hebbian, random, fixed, nearest, or name"),
         ({"motion": "x"}, "S: body.motion = 'x': Input should be 'dynamic' or 'kinematic'"),
         ({"control": "x"}, "control = 'x' is unknown; choose none or one of random, fixed, "),
+        ({"control": ["random"]}, "control = ['random'] is unknown; choose none or one of random, fixed, "),
         (
             {"phases.1.interventions": [{"x": 1}], "phases.1.plastic": "links"},
             "S: phases.1.interventions.1 lacks its kind; choose one of offset, ",

@@ -14,7 +14,7 @@ from somatopy.cli.mirror import mark
 from somatopy.cli.options import Flags, parse
 from somatopy.cli.study import carry_out
 from somatopy.experiment import Description, DescriptionError, paper
-from somatopy.experiment.changes import changed
+from somatopy.experiment.changes import changed, damage_named
 from somatopy.experiment.presets import CONTROLS
 from somatopy.registry import LEARNERS
 from somatopy.studies.plan import Condition, Study, seeds_of
@@ -73,13 +73,19 @@ def _words(text: str) -> list[str]:
 
 
 def _damages(text: str) -> list[str]:
-    """Damages; the numbers of an offset are separated by commas, too."""
+    """Damages; the numbers of an offset are separated by commas, too.
+
+    Raises:
+        DescriptionError: nobody knows one of them.
+    """
     found: list[str] = []
     for word in _words(text.replace(";", ",")):
         if found and found[-1].startswith("offset:") and _is_number(word):
             found[-1] += f",{word}"
         else:
             found.append(word)
+    for word in found:
+        damage_named(word, "--damages")
     return found
 
 

@@ -44,7 +44,7 @@ def changed(
     control = words.get("control", "none")
     if control == "none":
         return found
-    if control not in CONTROLS:
+    if not isinstance(control, str) or control not in CONTROLS:
         raise DescriptionError(f"control = {control!r} is unknown; choose none or one of {', '.join(CONTROLS)}.")
     return CONTROLS[control](found)
 
