@@ -13,6 +13,7 @@ import numpy as np
 
 from somatopy.bodies.anatomy import Anatomy
 from somatopy.bodies.base import BodyError
+from somatopy.bodies.cameras import set_fovy
 from somatopy.bodies.marker import add_marker
 from somatopy.bodies.parts import cut, name_all, trees_of
 from somatopy.clock import FRAME
@@ -70,8 +71,7 @@ def build(anatomy: Anatomy, marker: Marker, servos: bool, fovy: float | None = N
     ):
         _require(spec, anatomy, kind, names)
     if fovy is not None:
-        camera = spec.camera(anatomy.camera.name)
-        camera.fovy, camera.sensor_size = fovy, (0, 0)
+        set_fovy(spec, anatomy.camera.name, fovy)
     add_marker(spec, anatomy.marker.body, np.array(anatomy.marker.position), np.array(anatomy.marker.axis), marker)
     solids = _part_arm_and_head(spec, anatomy)
     ramping = _ramp_servos(spec, anatomy) if servos else []

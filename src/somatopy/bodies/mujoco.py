@@ -19,6 +19,7 @@ from typing_extensions import Doc
 from somatopy.bodies.anatomy import Anatomy, anatomy_path
 from somatopy.bodies.arm_track import Arm, ArmTrack, kept_track
 from somatopy.bodies.base import BodyError, Diverged
+from somatopy.bodies.cameras import eye_camera
 from somatopy.bodies.constants import saved
 from somatopy.bodies.layout import Layout
 from somatopy.bodies.limits import aim, clip_targets
@@ -28,7 +29,7 @@ from somatopy.bodies.occluders import Occluders
 from somatopy.bodies.rendering import Renderer
 from somatopy.bodies.sensing import Sensing
 from somatopy.clock import FRAME
-from somatopy.percept import Camera, Floats, Image, JointGroup, Marker, Part, Picture, Reading, View
+from somatopy.percept import Floats, Image, JointGroup, Marker, Part, Picture, Reading, View
 from somatopy.registry import BuildContext, Settings
 
 __all__ = ["Motion", "Mujoco", "MujocoBody", "OnHand", "Optics"]
@@ -108,8 +109,7 @@ class MujocoBody:
         self.ranges: Mapping[str, Floats] = MappingProxyType(
             {"mechanical": self.arm.space.limits} | {name: np.array(r) for name, r in self.anatomy.ranges.items()}
         )
-        name, size = self.anatomy.camera.name, (self.anatomy.camera.width, self.anatomy.camera.height)
-        self.camera = Camera(name, *size, fovy=float(np.deg2rad(self.model.camera(name).fovy[0])))
+        self.camera = eye_camera(self.model, self.anatomy)
         self._limits: Any = self._layout.lower, self._layout.upper, *self._layout.coupling
         self._occluders = Occluders(self.model)
         self.occluders = self._occluders.shapes
