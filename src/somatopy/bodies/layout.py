@@ -84,7 +84,9 @@ def _group(model: mujoco.MjModel, anatomy: Anatomy, names: tuple[str, ...], velo
         if int(model.jnt_type[joint.id]) not in _ONE_DOF:
             raise BodyError(f"The joint {name!r} of {anatomy.model} is neither a hinge nor a slide.")
         if not model.jnt_limited[joint.id]:
-            raise BodyError(f'The joint {name!r} of {anatomy.model} has no limits. Give it range="low high".')
+            raise BodyError(
+                f'The joint {name!r} of {anatomy.model} has no limits. Give it range="low high" limited="true".'
+            )
     ranges = np.array([model.joint(name).range for name in names])
     return JointGroup(names, ranges[:, 0].copy(), ranges[:, 1].copy(), np.array(velocity))
 

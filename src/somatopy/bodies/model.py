@@ -14,6 +14,7 @@ import numpy as np
 from somatopy.bodies.anatomy import Anatomy
 from somatopy.bodies.base import BodyError
 from somatopy.bodies.cameras import set_fovy
+from somatopy.bodies.foreign import check_compiled, check_servos, prepare, said, see_far
 from somatopy.bodies.marker import add_marker
 from somatopy.bodies.parts import cut, name_all, trees_of
 from somatopy.clock import FRAME
@@ -63,6 +64,7 @@ def build(anatomy: Anatomy, marker: Marker, servos: bool, fovy: float | None = N
         BodyError: the file is missing or broken, or lacks something that the anatomy names.
     """
     spec = _parse(anatomy.model)
+    prepare(spec, anatomy.model)
     for kind, names in (
         ("joint", (*anatomy.arm.joints, *anatomy.head.joints)),
         ("camera", (anatomy.camera.name,)),
@@ -76,9 +78,11 @@ def build(anatomy: Anatomy, marker: Marker, servos: bool, fovy: float | None = N
     solids = _part_arm_and_head(spec, anatomy)
     ramping = _ramp_servos(spec, anatomy) if servos else []
     model = _compile(spec, anatomy.model)
+    check_compiled(model, anatomy.model)
     substeps = int(np.ceil(FRAME / model.opt.timestep - 1e-6))
     model.opt.timestep = FRAME / substeps
-    model.vis.map.znear = 0.001 / model.stat.extent
+    check_servos(model, tuple(servo.name for servo in ramping), anatomy.model)
+    see_far(model)
     model.vis.quality.shadowsize = model.vis.quality.offsamples = 0
     parts = _parts(spec, model, anatomy) if servos else ()
     return Build(model, parts, substeps, tuple(servo.name for servo in ramping), spec.memory == -1, *solids)
@@ -95,24 +99,23 @@ def _parse(path: Path) -> mujoco.MjSpec:
     try:
         return mujoco.MjSpec.from_file(str(path))
     except ValueError as error:
-        raise BodyError(f"MuJoCo cannot read the model {path}: {error}") from error
+        raise BodyError(f"MuJoCo cannot read the model {path}: {said(error, path)}") from error
 
 
 def _compile(spec: mujoco.MjSpec, path: Path) -> mujoco.MjModel:
     try:
         return spec.compile()
     except ValueError as error:
-        raise BodyError(f"MuJoCo cannot compile the model {path}: {error}") from error
+        raise BodyError(f"MuJoCo cannot compile the model {path}: {said(error, path)}") from error
 
 
 def _require(spec: mujoco.MjSpec, anatomy: Anatomy, kind: str, names: Sequence[str]) -> None:
     parts = {"joint": spec.joints, "camera": spec.cameras, "body": spec.bodies, "keyframe": spec.keys}[kind]
     there = [part.name for part in parts]
     for name in names:
-        if name not in there:
-            raise BodyError(
-                f"The {kind} {name!r} does not exist in {anatomy.model}. Available: {', '.join(there) or 'none'}."
-            )
+        if not name or name not in there:
+            known = ", ".join(filter(None, there)) or "none"
+            raise BodyError(f"The {kind} {name!r} does not exist in {anatomy.model}. Available: {known}.")
 
 
 def _part_arm_and_head(spec: mujoco.MjSpec, anatomy: Anatomy) -> tuple[tuple[str, ...], tuple[str, ...]]:

@@ -83,7 +83,8 @@ def _close_all() -> None:
 class Renderer:
     """Draws one camera of a model without shadows or effects; close it explicitly.
 
-    Shapes that the picture cannot show are not drawn, which changes no pixel. To this end the model's `geom_group` is
+    Sites and the rays of rangefinders are no things that a camera could see, and are not drawn. Shapes that the picture
+    cannot show are not drawn either, which changes no pixel. To this end the model's `geom_group` is
     changed while a picture is drawn, and put back.
 
     Args:
@@ -100,10 +101,12 @@ class Renderer:
         self._resources = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._resources)
         self._model = model
-        self._scene = mujoco.MjvScene(model, maxgeom=1000)
+        self._scene = mujoco.MjvScene(model, maxgeom=_room(model))
         for flag in (mujoco.mjtRndFlag.mjRND_SHADOW, mujoco.mjtRndFlag.mjRND_REFLECTION, mujoco.mjtRndFlag.mjRND_HAZE):
             self._scene.flags[flag] = False
         self._option = mujoco.MjvOption()
+        self._option.flags[mujoco.mjtVisFlag.mjVIS_RANGEFINDER] = False
+        self._option.sitegroup[:] = 0
         self._camera = mujoco.MjvCamera()
         self._camera.type = mujoco.mjtCamera.mjCAMERA_FIXED
         self._camera.fixedcamid = model.camera(camera).id
@@ -158,6 +161,11 @@ class Renderer:
             self._resources.free()
             self._context.free()
             self._context = None
+
+
+def _room(model: mujoco.MjModel) -> int:
+    """How many shapes a scene holds at most: MuJoCo leaves out what comes last. Tendons are drawn in pieces."""
+    return int(1000 + model.ngeom + model.nskin + model.nflex + 2 * model.nwrap + 64 * model.ntendon)
 
 
 def _reaches(model: mujoco.MjModel, camera: int) -> Floats:
