@@ -63,6 +63,10 @@ SAID = {
     "headlight only": (LIGHT, ""),
     "no light at all": (BEGIN, DARK[1] + "<worldbody>"),
     "strong lights": (LIGHT, 12 * '<light pos="1 0 2" diffuse="4 4 4" ambient="2 2 2"/>'),
+    "invisible geoms": with_option('<default><geom group="4" rgba="1 1 1 0"/></default>'),
+    "scaled meshes": with_option('<default><mesh scale="0.001 0.001 0.001"/></default>'),
+    "mirrors": with_option('<default><material rgba="1 0 0 0" reflectance="0.9" texrepeat="5 5"/></default>'),
+    "turned sites": with_option('<default><site euler="1 1 1" pos="1 1 1"/></default>'),
     "many shapes": (POST, "".join(f'<geom size="0.01" pos="1.5 {y} {z}"/>' for y, z in PLANE) + POST),
 }
 
@@ -218,7 +222,46 @@ def test_file_that_a_urdf_names_and_nobody_has_is_answered_with_the_line_to_writ
     assert not file or ("boom.stl" in words and "looked for in robots" in words)
 
 
-# -- servos that shake -------------------------------------------------------------------------------------------------
+# -- servos that do not move their joints ------------------------------------------------------------------------------
+
+LIFT = '<position joint="lift" kp="20" kv="1"/>'
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ((LIFT, LIFT + LIFT), r"joint 'lift' .*two position servos.*Delete one"),
+        (
+            (OPTION, '<option integrator="implicitfast"><flag actuation="disable"/></option>'),
+            r"switched off.*kinematic",
+        ),
+        (
+            (OPTION, '<option integrator="implicitfast" actuatorgroupdisable="0"/>'),
+            r"switched off.*actuatorgroupdisable",
+        ),
+        ((OPTION, ""), r"brakes too hard \(kv=1\).*integrator Euler.*<option integrator=\"implicitfast\"/>"),
+    ],
+)
+def test_servo_that_would_not_move_its_joint_is_refused_in_physics_alone(
+    robot: Robot, change: Change, message: str
+) -> None:
+    """Else a whole run would go by before somebody saw that the arm hangs or trembles."""
+    with pytest.raises(BodyError, match=message):
+        MujocoBody(str(robot(change)), "dynamic")
+    kinematic(robot(change)).close()
+
+
+def test_set_points_are_not_held_within_a_range_of_the_servos_own(robot: Robot) -> None:
+    """The joint's limits and the anatomy's speeds count: the arm gets to where it is told."""
+    within = LIFT.replace("position", "general").replace(
+        'kp="20" kv="1"', 'biastype="affine" gainprm="20" biasprm="0 -20 -1" actlimited="true" actrange="-.1 .1"'
+    )
+    inherited = LIFT.replace("kp", 'inheritrange="0.1" kp')
+    bodies = [MujocoBody(str(robot((LIFT, servo))), "dynamic") for servo in (within, inherited, LIFT)]
+    arms = [[body.step([-0.6, 0.0], [0.0, 0.0]).arm for _ in range(30)][-1] for body in bodies]
+    np.testing.assert_array_equal(arms, [arms[2]] * 3)
+    assert arms[0][0] == pytest.approx(-0.6, abs=0.05)
+
 
 CHAIN = """
 <mujoco>

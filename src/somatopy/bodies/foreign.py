@@ -140,11 +140,7 @@ def check_joints(group: JointGroup, anatomy: Anatomy) -> None:
 
 
 def check_servos(model: mujoco.MjModel, servos: tuple[str, ...], path: Path) -> None:
-    """See that no servo brakes so hard that its joint shakes instead of moving.
-
-    Two of MuJoCo's integrators take the force of kv as it was at the step's begin. With inertia M it then turns a
-    velocity v into v (1 - dt kv / M), which grows where dt kv / M exceeds 2. Limits of velocity and position hide this:
-    nothing becomes infinite, and the joint rattles between its ends.
+    """See that servos can move their joints to where they are told.
 
     Args:
         model: the model.
@@ -152,14 +148,53 @@ def check_servos(model: mujoco.MjModel, servos: tuple[str, ...], path: Path) -> 
         path: the model's file.
 
     Raises:
-        BodyError: one does, in the model's own posture.
+        BodyError: one is switched off, works against another, or brakes too hard.
+    """
+    numbers = [int(model.actuator(name).id) for name in servos]
+    joints = [model.joint(model.actuator_trnid[k, 0]).name for k in numbers]
+    if not numbers:
+        return
+    off = model.opt.disableactuator
+    if model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_ACTUATION or any(
+        off >> g & 1 for g in _groups(model, numbers)
+    ):
+        raise BodyError(
+            f'The servos of {path} are switched off. Leave out actuation="disable" of its <flag/> and '
+            "actuatorgroupdisable of its <option/>, or use the kinematic motion."
+        )
+    for number, joint in zip(numbers, joints, strict=True):
+        if rivals := [name for name in _pulling(model, model.actuator_trnid[number, 0]) if name not in servos]:
+            raise BodyError(
+                f"The joint {joint!r} of {path} has two position servos, {model.actuator(number).name!r} and "
+                f"{rivals[0]!r}; the second would hold the joint where it is. Delete one of them."
+            )
+    _refuse_shaking(model, numbers, path)
+
+
+def _groups(model: mujoco.MjModel, actuators: list[int]) -> list[int]:
+    """Groups of actuators that can be switched off."""
+    return [int(group) for group in model.actuator_group[actuators] if 0 <= group < 31]
+
+
+def _pulling(model: mujoco.MjModel, joint: int) -> list[str]:
+    """Names of the position servos of a joint."""
+    of_joint = (model.actuator_trntype == mujoco.mjtTrn.mjTRN_JOINT) & (model.actuator_trnid[:, 0] == joint)
+    pulls = (model.actuator_gainprm[:, 0] == -model.actuator_biasprm[:, 1]) & (model.actuator_gainprm[:, 0] != 0)
+    return [model.actuator(int(k)).name for k in np.flatnonzero(of_joint & pulls)]
+
+
+def _refuse_shaking(model: mujoco.MjModel, servos: list[int], path: Path) -> None:
+    """See that no servo brakes so hard that its joint shakes instead of moving.
+
+    Two of MuJoCo's integrators take the force of kv as it was at the step's begin. With inertia M a step of length h
+    then turns a velocity v into v (1 - h kv / M), which grows where h kv / M exceeds 2 (Euler) or 2.785 (Runge-Kutta).
+    Limits of velocity and position hide this: nothing becomes infinite, and the joint rattles between its ends.
     """
     if int(model.opt.integrator) not in _SHAKES:
         return
     integrator, most = _SHAKES[int(model.opt.integrator)]
-    dofs = [int(model.jnt_dofadr[model.actuator_trnid[model.actuator(name).id, 0]]) for name in servos]
     brakes = np.zeros(model.nv)
-    np.add.at(brakes, dofs, [max(0.0, -model.actuator(name).biasprm[2]) for name in servos])
+    brakes[model.jnt_dofadr[model.actuator_trnid[servos, 0]]] = np.maximum(0.0, -model.actuator_biasprm[servos, 2])
     inertia = _inertia(model)
     if integrator == "Euler" and not model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_EULERDAMP:
         inertia += model.opt.timestep * np.diag(model.dof_damping)

@@ -146,6 +146,8 @@ def _ramp_servos(spec: mujoco.MjSpec, anatomy: Anatomy) -> list[Any]:
             )
         servo.dyntype = mujoco.mjtDyn.mjDYN_INTEGRATOR
         servo.ctrllimited = False
+        if servo.inheritrange != 1:  # else its range is the joint's
+            servo.actlimited = False
         servos.append(servo)
     return servos
 
