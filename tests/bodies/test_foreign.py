@@ -222,6 +222,23 @@ def test_file_that_a_urdf_names_and_nobody_has_is_answered_with_the_line_to_writ
     assert not file or ("boom.stl" in words and "looked for in robots" in words)
 
 
+# -- a torso that turns with the arm and carries the head --------------------------------------------------------------
+
+
+def test_torso_belongs_neither_to_arm_nor_to_head(robot: Robot) -> None:
+    """Its post, which the ends of neck and boom touch, meets nothing; a hand raised into the face is noticed."""
+    torso = '<joint name="torso" axis="0 0 1" range="-1 1"/><geom type="capsule" fromto="0 0 0 0 0 .14" size=".03"/>'
+    path = robot((POST + ' pos="0 0 .5">', POST + f' pos="0 0 .5">{torso}'), ('["lift", "swing"]', '["torso", "lift"]'))
+    short = path.parent / "crane.xml"
+    short.write_text(
+        short.read_text().replace('name="lift" axis="0 1 0" range="-1 1"', 'name="lift" axis="0 1 0" range="-2 1"')
+    )
+    body = kinematic(path)
+    for torso_angle in (-1.0, 0.0, 1.0):
+        assert not body.place([torso_angle, 0.0], [0.0, 0.0]).overlap
+        assert body.place([torso_angle, -1.57], [0.0, 0.0]).overlap
+
+
 # -- servos that do not move their joints ------------------------------------------------------------------------------
 
 LIFT = '<position joint="lift" kp="20" kv="1"/>'

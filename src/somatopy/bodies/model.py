@@ -121,10 +121,12 @@ def _require(spec: mujoco.MjSpec, anatomy: Anatomy, kind: str, names: Sequence[s
 def _part_arm_and_head(spec: mujoco.MjSpec, anatomy: Anatomy) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Arm and head pass through each other: a pair with a negative margin is noticed but exerts no force.
 
-    Pairs of the model's own between the two give way to it.
+    Pairs of the model's own between the two give way to it. A torso that turns with the arm and carries the head
+    belongs to neither.
     """
-    arm, head = (_solids(spec.joint(group.joints[0]).parent) for group in (anatomy.arm, anatomy.head))
     name_all(spec)
+    limb, neck = (spec.joint(group.joints[0]).parent for group in (anatomy.arm, anatomy.head))
+    arm, head = _solids(limb, _carriers(neck)), _solids(neck, _carriers(limb))
     between = {frozenset((a.name, b.name)) for a, b in product(arm, head)}
     for pair in list(spec.pairs):
         if frozenset((pair.geomname1, pair.geomname2)) in between:
@@ -158,7 +160,19 @@ def _is_position_servo(actuator: Any) -> bool:
     return bool(pulls and int(actuator.trntype) == _JOINT and actuator.dyntype == _NO_DYNAMICS)
 
 
-def _solids(body: Any) -> list[Any]:
-    """The geoms of a body and of all that hang on it which can touch anything."""
-    own = [g for g in body.geoms if g.contype or g.conaffinity]
-    return own + [g for child in body.bodies for g in _solids(child)]
+def _carriers(body: Any) -> list[str]:
+    """Names of a body and of all on which it hangs."""
+    return [] if body is None else [body.name, *_carriers(body.parent)]
+
+
+def _solids(body: Any, carriers: list[str]) -> list[Any]:
+    """The geoms of a body and of all that hang on it which can touch anything, without another limb and its carriers.
+
+    Args:
+        body: the body.
+        carriers: the other limb's first body, and all on which that hangs.
+    """
+    if body.name == carriers[0]:
+        return []
+    own = [g for g in body.geoms if body.name not in carriers and (g.contype or g.conaffinity)]
+    return own + [g for child in body.bodies for g in _solids(child, carriers)]
