@@ -163,29 +163,39 @@ class JointGroup:
 
 @dataclass(frozen=True)
 class Camera:
-    """A pinhole camera without distortion; the principal point is the image centre.
+    """A pinhole camera without distortion.
 
     Attributes:
         name: the camera's name in the body's model.
         width: image width, px.
         height: image height, px.
         fovy: vertical field of view, rad.
+        intrinsics: focal lengths along u and v, and pixel (u, v) of the optical axis, px. Where None, both focal
+            lengths are what `fovy` says, and the axis meets the middle of the image.
     """
 
     name: str
     width: int
     height: int
     fovy: float
+    intrinsics: tuple[float, float, float, float] | None = None
 
     @property
     def focal(self) -> float:
-        """Focal length in pixels, the same along both axes."""
-        return 0.5 * self.height / float(np.tan(0.5 * self.fovy))
+        """Focal length along v, px; along u it may be another one, see `focals`."""
+        return self.focals[1]
+
+    @property
+    def focals(self) -> tuple[float, float]:
+        """Focal lengths along u and v, px."""
+        focal = 0.5 * self.height / float(np.tan(0.5 * self.fovy))
+        return self.intrinsics[:2] if self.intrinsics else (focal, focal)
 
     @property
     def centre(self) -> tuple[float, float]:
-        """Pixel (u, v) of the optical axis: (159.5, 119.5) at 320 x 240."""
-        return 0.5 * (self.width - 1), 0.5 * (self.height - 1)
+        """Pixel (u, v) of the optical axis: (159.5, 119.5) at 320 x 240 without intrinsics."""
+        middle = 0.5 * (self.width - 1), 0.5 * (self.height - 1)
+        return self.intrinsics[2:] if self.intrinsics else middle
 
 
 @dataclass(frozen=True)

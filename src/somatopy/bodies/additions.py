@@ -10,9 +10,10 @@ import numpy as np
 
 from somatopy.bodies.anatomy import Anatomy
 from somatopy.bodies.base import BodyError
-from somatopy.bodies.freezing import PLAIN, Pose, forget, freeze, name_tendons, stand
+from somatopy.bodies.freezing import Pose, forget, freeze, name_tendons, stand
 from somatopy.bodies.loading import available, compiled, require
 from somatopy.bodies.parts import name_all
+from somatopy.bodies.plain import PLAIN
 from somatopy.bodies.tables import Directed, Neck, Servo
 from somatopy.percept import Floats
 
@@ -50,7 +51,6 @@ def add(spec: mujoco.MjSpec, anatomy: Anatomy) -> str | None:
         return anatomy.home
     name_all(spec)
     name_tendons(spec)
-    spec.compiler.fusestatic = spec.compiler.discardvisual = False
     start = _start(spec, anatomy)
     for key in list(spec.keys):  # they have the size of the model as it was
         spec.delete(key)

@@ -9,16 +9,13 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from somatopy.bodies.plain import PLAIN
 from somatopy.percept import Floats
 
-__all__ = ["PLAIN", "Pose", "forget", "freeze", "name_tendons", "stand"]
+__all__ = ["Pose", "forget", "freeze", "name_tendons", "stand"]
 
 _FREE, _BALL, _SLIDE = (int(kind) for kind in (mujoco.mjtJoint.mjJNT_FREE, mujoco.mjtJoint.mjJNT_BALL, 2))
 _EQUAL, _OBJECT, _TRANSMISSION = mujoco.mjtEq, mujoco.mjtObj, mujoco.mjtTrn
-_EMPTY = mujoco.MjSpec()
-
-#: What new elements start from, whatever defaults the model has.
-PLAIN = _EMPTY.default
 
 
 class Pose(NamedTuple):

@@ -131,8 +131,8 @@ def _group(model: mujoco.MjModel, anatomy: Anatomy, group: Joints) -> JointGroup
             raise BodyError(f"The joint {name!r} of {anatomy.model} is neither a hinge nor a slide.")
         if not model.jnt_limited[joint.id]:
             raise BodyError(
-                f'The joint {name!r} of {anatomy.model} has no limits. Give it range="low high" in the model, or '
-                "limits = [[low, high], ...], one for each joint, beside its name in the anatomy."
+                f'The joint {name!r} of {anatomy.model} has no limits. Give it range="low high" limited="true" in '
+                "the model, or limits = [[low, high], ...], one for each joint, beside its name in the anatomy."
             )
     ranges = np.array([model.joint(name).range for name in names])
     usual = tuple(_USUAL_SPEED[int(model.joint(name).type[0])] for name in names)

@@ -10,6 +10,7 @@ import mujoco
 
 from somatopy.bodies.anatomy import Anatomy
 from somatopy.bodies.base import BodyError
+from somatopy.bodies.foreign import said
 
 __all__ = ["available", "compiled", "parse", "require"]
 
@@ -30,7 +31,7 @@ def parse(path: Path) -> mujoco.MjSpec:
     try:
         return mujoco.MjSpec.from_file(str(path))
     except ValueError as error:
-        raise BodyError(f"MuJoCo cannot read the model {path}: {error}") from error
+        raise BodyError(f"MuJoCo cannot read the model {path}: {said(error, path)}") from error
 
 
 def compiled(spec: mujoco.MjSpec, path: Path) -> mujoco.MjModel:
@@ -42,7 +43,7 @@ def compiled(spec: mujoco.MjSpec, path: Path) -> mujoco.MjModel:
     try:
         return spec.copy().compile()
     except ValueError as error:
-        raise BodyError(f"MuJoCo cannot compile the model {path}: {error}") from error
+        raise BodyError(f"MuJoCo cannot compile the model {path}: {said(error, path)}") from error
 
 
 def require(spec: mujoco.MjSpec, anatomy: Anatomy, kind: str, names: Sequence[str]) -> None:

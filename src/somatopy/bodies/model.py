@@ -12,7 +12,9 @@ import numpy as np
 from somatopy.bodies.additions import add
 from somatopy.bodies.anatomy import Anatomy
 from somatopy.bodies.base import BodyError
+from somatopy.bodies.cameras import set_fovy
 from somatopy.bodies.carrying import check_chains
+from somatopy.bodies.foreign import check_compiled, check_servos, prepare, see_far
 from somatopy.bodies.loading import compiled, parse
 from somatopy.bodies.marker import add_marker
 from somatopy.bodies.parts import cut, name_all, trees_of
@@ -65,18 +67,20 @@ def build(anatomy: Anatomy, marker: Marker, servos: bool, fovy: float | None = N
         BodyError: the file is missing or broken, or lacks something that the anatomy names.
     """
     spec = parse(anatomy.model)
+    prepare(spec, anatomy.model)
     home = add(spec, anatomy)
     check_chains(spec, anatomy)
     if fovy is not None:
-        camera = spec.camera(anatomy.camera.name)
-        camera.fovy, camera.sensor_size = fovy, (0, 0)
+        set_fovy(spec, anatomy.camera.name, fovy)
     add_marker(spec, anatomy.marker.body, np.array(anatomy.marker.position), np.array(anatomy.marker.axis), marker)
     solids = _part_arm_and_head(spec, anatomy)
     ramping = _ramp_servos(spec, anatomy) if servos else []
     model = compiled(spec, anatomy.model)
+    check_compiled(model, anatomy.model)
     substeps = int(np.ceil(FRAME / model.opt.timestep - 1e-6))
     model.opt.timestep = FRAME / substeps
-    model.vis.map.znear = 0.001 / model.stat.extent
+    check_servos(model, tuple(servo.name for servo in ramping), anatomy.model)
+    see_far(model)
     model.vis.quality.shadowsize = model.vis.quality.offsamples = 0
     parts = _parts(spec, model, anatomy) if servos else ()
     return Build(model, parts, substeps, tuple(servo.name for servo in ramping), spec.memory == -1, *solids, home)
@@ -90,10 +94,11 @@ def _parts(spec: mujoco.MjSpec, model: mujoco.MjModel, anatomy: Anatomy) -> tupl
 def _part_arm_and_head(spec: mujoco.MjSpec, anatomy: Anatomy) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Arm and head pass through each other: a pair with a negative margin is noticed but exerts no force.
 
-    Pairs of the model's own between the two give way to it.
+    Pairs of the model's own between the two give way to it. A torso that turns with the arm and carries the head
+    belongs to neither.
     """
-    arm, head = (_solids(spec.joint(group.joints[0]).parent) for group in (anatomy.arm, anatomy.head))
     name_all(spec)
+    arm, head = (_solids(spec.joint(group.joints[0]).parent) for group in (anatomy.arm, anatomy.head))
     between = {frozenset((a.name, b.name)) for a, b in product(arm, head)}
     for pair in list(spec.pairs):
         if frozenset((pair.geomname1, pair.geomname2)) in between:
@@ -120,6 +125,8 @@ def _ramp_servos(spec: mujoco.MjSpec, anatomy: Anatomy) -> list[Any]:
         _without_gear(servo)
         servo.dyntype = mujoco.mjtDyn.mjDYN_INTEGRATOR
         servo.ctrllimited = False
+        if servo.inheritrange != 1:  # else its range is the joint's
+            servo.actlimited = False
         servos.append(servo)
     return servos
 

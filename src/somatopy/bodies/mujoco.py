@@ -19,7 +19,9 @@ from typing_extensions import Doc
 from somatopy.bodies.anatomy import Anatomy, anatomy_path
 from somatopy.bodies.arm_track import Arm, ArmTrack, kept_track
 from somatopy.bodies.base import BodyError, Diverged
+from somatopy.bodies.cameras import eye_camera
 from somatopy.bodies.constants import saved
+from somatopy.bodies.foreign import check_joints, check_scale
 from somatopy.bodies.layout import Layout
 from somatopy.bodies.limits import aim, clip_targets
 from somatopy.bodies.model import Build, build
@@ -28,7 +30,7 @@ from somatopy.bodies.occluders import Occluders
 from somatopy.bodies.rendering import Renderer
 from somatopy.bodies.sensing import Sensing
 from somatopy.clock import FRAME
-from somatopy.percept import Camera, Floats, Image, JointGroup, Marker, Part, Picture, Reading, View
+from somatopy.percept import Floats, Image, JointGroup, Marker, Part, Picture, Reading, View
 from somatopy.registry import BuildContext, Settings
 
 __all__ = ["Motion", "Mujoco", "MujocoBody", "OnHand", "Optics"]
@@ -98,6 +100,7 @@ class MujocoBody:
         self.marker = marker or Marker()
         self._speeds = arm_speed or np.inf, head_speed or np.inf
         self._take(build(self.anatomy, self.marker, servos=motion == "dynamic", fovy=fovy))
+        check_scale(self._sensing.view(), self.camera, self.marker, self.anatomy)
 
     def _take(self, built: Build) -> None:
         """Be the robot of this model, at its start."""
@@ -105,11 +108,12 @@ class MujocoBody:
         self._positions = self.data.qpos  # the same array each time; to ask for it takes longer than to read it
         self._layout = Layout.of(self.model, self.anatomy)
         self.arm, self.head = self._layout.arm, self._layout.head
+        for joints in (self.arm, self.head):
+            check_joints(joints, self.anatomy)
         groups = zip((self.arm, self.head), self._speeds, strict=True)
         self._stride = FRAME * np.concatenate([np.minimum(group.velocity, speed) for group, speed in groups])
         self.ranges: Mapping[str, Floats] = MappingProxyType(self._layout.ranges(self.anatomy))
-        name, size = self.anatomy.camera.name, (self.anatomy.camera.width, self.anatomy.camera.height)
-        self.camera = Camera(name, *size, fovy=float(np.deg2rad(self.model.camera(name).fovy[0])))
+        self.camera = eye_camera(self.model, self.anatomy)
         self._limits: Any = self._layout.lower, self._layout.upper, *self._layout.coupling
         self._occluders = Occluders(self.model)
         self.occluders = self._occluders.shapes

@@ -99,11 +99,20 @@ class Head(Joints):
 
 
 class CameraTable(Table):
-    """The camera that the eye looks through, of the model or of [add.camera], and its picture's size in pixels."""
+    """The camera that the eye looks through, of the model or of [add.camera], and its picture's size in pixels.
+
+    Without a size, the camera's own resolution counts, or 320 x 240 where it has none.
+    """
 
     name: str
-    width: int = Field(320, gt=0, le=4096)
-    height: int = Field(240, gt=0, le=4096)
+    width: int | None = Field(None, gt=0, le=4096)
+    height: int | None = Field(None, gt=0, le=4096)
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if (self.width is None) != (self.height is None):
+            raise ValueError("width and height stand together or not at all")
+        return self
 
 
 class MarkerTable(Table):
