@@ -16,7 +16,8 @@ from somatopy.percept import Floats, Ints, JointGroup
 __all__ = ["Coupled", "Layout"]
 
 _JOINT = int(mujoco.mjtTrn.mjTRN_JOINT)
-_ONE_DOF = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
+_SLIDE = int(mujoco.mjtJoint.mjJNT_SLIDE)
+_ONE_DOF = (int(mujoco.mjtJoint.mjJNT_HINGE), _SLIDE)
 
 #: Index of the coupled joint and of the one that limits it, -1 for none; angles of the latter, lower and upper limits.
 Coupled = tuple[int, int, Floats, Floats, Floats]
@@ -86,7 +87,8 @@ def _group(model: mujoco.MjModel, anatomy: Anatomy, names: tuple[str, ...], velo
         if not model.jnt_limited[joint.id]:
             raise BodyError(f'The joint {name!r} of {anatomy.model} has no limits. Give it range="low high".')
     ranges = np.array([model.joint(name).range for name in names])
-    return JointGroup(names, ranges[:, 0].copy(), ranges[:, 1].copy(), np.array(velocity))
+    units = tuple("m" if int(model.joint(name).type[0]) == _SLIDE else "rad" for name in names)
+    return JointGroup(names, ranges[:, 0].copy(), ranges[:, 1].copy(), np.array(velocity), units)
 
 
 def _coupling(anatomy: Anatomy, names: tuple[str, ...], lower: Floats, upper: Floats) -> Coupled:

@@ -106,7 +106,8 @@ class MujocoBody:
         groups = zip((self.arm, self.head), self._speeds, strict=True)
         self._stride = FRAME * np.concatenate([np.minimum(group.velocity, speed) for group, speed in groups])
         self.ranges: Mapping[str, Floats] = MappingProxyType(
-            {"mechanical": self.arm.space.limits} | {name: np.array(r) for name, r in self.anatomy.ranges.items()}
+            {"mechanical": self.arm.space.limits, "confined": self.arm.space.limits}
+            | {name: np.array(r) for name, r in self.anatomy.ranges.items()}
         )
         name, size = self.anatomy.camera.name, (self.anatomy.camera.width, self.anatomy.camera.height)
         self.camera = Camera(name, *size, fovy=float(np.deg2rad(self.model.camera(name).fovy[0])))

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import Any
 
-from somatopy.bodies import BodyError
+from somatopy.babbling.uniform import Uniform
+from somatopy.bodies import Anatomy, BodyError, Mujoco, anatomy_path
 from somatopy.contract import missing_members
 from somatopy.experiment.context import Context
 from somatopy.experiment.description import Description, DescriptionError
+from somatopy.interventions.offset import Offset
 from somatopy.registry import BABBLERS, BODIES, EYES, INTERVENTIONS, LEARNERS, Kinds, Settings, handed_over
 
-__all__ = ["built", "hand_over", "handed_over_again", "said_of"]
+__all__ = ["built", "check_numbers", "hand_over", "handed_over_again", "said_of"]
 
 #: Parts that may be handed over, where a description has them, and their kinds.
 _WHERE: dict[str, tuple[str, Kinds]] = {
@@ -44,6 +46,33 @@ def built(key: str, contract: type, settings: Settings, context: Context) -> Any
             f"{contract.__name__} asks for (somatopy.contract)."
         )
     return part
+
+
+def check_numbers(description: Description) -> None:
+    """See that babbling range and offsets have as many numbers as the arm has joints, before anything is simulated.
+
+    Only somatopy's own parts are looked at, and only the anatomy file is read. The session says the rest.
+
+    Raises:
+        DescriptionError: they have not.
+    """
+    if not isinstance(description.body, Mujoco):
+        return
+    with suppress(BodyError):
+        joints, babbling = Anatomy.load(anatomy_path(description.body.model)).arm.joints, description.babbling
+        if isinstance(babbling, Uniform) and isinstance(babbling.range, tuple):
+            _check_number("babbling.range", "intervals", babbling.range, joints)
+        for index, phase in enumerate(description.phases):
+            for place, settings in enumerate(phase.interventions):
+                if isinstance(settings, Offset) and isinstance(settings.offset, tuple):
+                    _check_number(f"phases.{index}.interventions.{place}.offset", "offsets", settings.offset, joints)
+
+
+def _check_number(key: str, what: str, given: tuple[Any, ...], joints: tuple[str, ...]) -> None:
+    if len(given) != len(joints):
+        raise DescriptionError(
+            f"{key}: {len(given)} {what}; the arm has {len(joints)} joints: {', '.join(joints)}. Give one for each."
+        )
 
 
 def hand_over(

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
+from somatopy.experiment.building import check_numbers
 from somatopy.experiment.description import Description, DescriptionError
 from somatopy.experiment.provenance import digest
 from somatopy.registry.places import NOT_BY_PLACE
@@ -143,6 +144,10 @@ class Study:
 def _check(condition: Condition) -> None:
     if not condition.seeds:
         raise DescriptionError(f"The condition {condition.name!r} has no seeds: give it at least one.")
+    try:
+        check_numbers(condition.experiment)
+    except DescriptionError as error:
+        raise DescriptionError(f"The condition {condition.name!r}: {error}") from error
     kinds = _KIND.findall(condition.experiment.model_dump_json())
     if here := [kind for kind in kinds if kind.startswith("__main__:") or NOT_BY_PLACE.search(kind)]:
         raise DescriptionError(
