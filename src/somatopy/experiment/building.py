@@ -6,12 +6,10 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from typing import Any
 
-from somatopy.babbling.uniform import Uniform
-from somatopy.bodies import Anatomy, BodyError, Mujoco, anatomy_path
+from somatopy.bodies import Anatomy, BodyError, anatomy_path
 from somatopy.contract import missing_members
 from somatopy.experiment.context import Context
 from somatopy.experiment.description import Description, DescriptionError
-from somatopy.interventions.offset import Offset
 from somatopy.registry import BABBLERS, BODIES, EYES, INTERVENTIONS, LEARNERS, Kinds, Settings, handed_over
 
 __all__ = ["built", "check_numbers", "hand_over", "handed_over_again", "said_of"]
@@ -56,20 +54,22 @@ def check_numbers(description: Description) -> None:
     Raises:
         DescriptionError: they have not.
     """
-    if not isinstance(description.body, Mujoco):
+    body, babbling = description.body, description.babbling
+    if body.kind != "mujoco":
         return
     with suppress(BodyError):
-        joints, babbling = Anatomy.load(anatomy_path(description.body.model)).arm.joints, description.babbling
-        if isinstance(babbling, Uniform) and isinstance(babbling.range, tuple):
-            _check_number("babbling.range", "intervals", babbling.range, joints)
+        joints = Anatomy.load(anatomy_path(str(getattr(body, "model", "")))).arm.joints
+        if babbling.kind == "uniform":
+            _check_number("babbling.range", "intervals", getattr(babbling, "range", None), joints)
         for index, phase in enumerate(description.phases):
             for place, settings in enumerate(phase.interventions):
-                if isinstance(settings, Offset) and isinstance(settings.offset, tuple):
-                    _check_number(f"phases.{index}.interventions.{place}.offset", "offsets", settings.offset, joints)
+                if settings.kind == "offset":
+                    key = f"phases.{index}.interventions.{place}.offset"
+                    _check_number(key, "offsets", getattr(settings, "offset", None), joints)
 
 
-def _check_number(key: str, what: str, given: tuple[Any, ...], joints: tuple[str, ...]) -> None:
-    if len(given) != len(joints):
+def _check_number(key: str, what: str, given: Any, joints: tuple[str, ...]) -> None:
+    if isinstance(given, tuple) and len(given) != len(joints):
         raise DescriptionError(
             f"{key}: {len(given)} {what}; the arm has {len(joints)} joints: {', '.join(joints)}. Give one for each."
         )

@@ -39,11 +39,15 @@ def paper_offset(arm: JointGroup) -> Floats:
         >>> paper_offset(arm).round(3)
         array([0.003, 2.782])
     """
-    limits = arm.space.limits
-    if set(arm.units) == {"rad"} and len(arm) == 4 and np.allclose(limits, NAO_LIMITS, rtol=0, atol=_SAME):
+    if _is_nao(arm):
         return np.array(PAPER_OFFSET)
     shares = np.array(PAPER_OFFSET) / np.diff(NAO_LIMITS)[:, 0]
-    return np.asarray(np.resize(shares, len(arm)) * (limits[:, 1] - limits[:, 0]))
+    return np.asarray(np.resize(shares, len(arm)) * (arm.upper - arm.lower))
+
+
+def _is_nao(arm: JointGroup) -> bool:
+    limits = arm.space.limits
+    return limits.shape == (4, 2) and {*arm.units} == {"rad"} and np.allclose(limits, NAO_LIMITS, rtol=0, atol=_SAME)
 
 
 class JointOffset(NoIntervention):
@@ -88,7 +92,7 @@ class Offset(Settings):
         arm = context.arm
         if isinstance(self.offset, str):
             offset = paper_offset(arm)
-            return JointOffset(offset, "" if np.array_equal(offset, PAPER_OFFSET) else _told(arm, offset))
+            return JointOffset(offset, "" if _is_nao(arm) else _told(arm, offset))
         if len(self.offset) != len(arm):
             zeros = ", ".join(["0.1"] * len(arm))
             raise ValueError(
