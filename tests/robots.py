@@ -49,6 +49,7 @@ class Shape:
         size: the picture's width and height, px.
         fovy: the camera's vertical field of view, degrees.
         shoulder: where the arm begins, m; the neck is at (0, 0, 0.25).
+        link: length of the head's links, m; with more than 0 it is a second arm with the camera on its wrist.
     """
 
     arm: tuple[Joint, ...]
@@ -56,6 +57,7 @@ class Shape:
     size: tuple[int, int] = (320, 240)
     fovy: float = 50.0
     shoulder: tuple[float, float, float] = (0.0, 0.0, -0.1)
+    link: float = 0.0
 
 
 def write_robot(folder: Path, shape: Shape, name: str = "robot") -> Path:
@@ -101,10 +103,10 @@ def _arm(shape: Shape) -> str:
 
 
 def _head(shape: Shape) -> str:
-    """Joints in one place, and a camera that looks ahead and down."""
+    """Joints in one place, or on links that point ahead, and a camera that looks ahead and down."""
     text = f'<camera name="eye" pos=".04 0 0" xyaxes="0 -1 0 .7 0 .7" fovy="{shape.fovy}"/>'
     for k, joint in reversed([*enumerate(shape.head)]):
-        at, geom = ("0 0 .25" if k == 0 else "0 0 0"), f'<geom size=".03" mass=".1" {GHOST}/>'
+        at, geom = ("0 0 .25" if k == 0 else f"{shape.link} 0 0"), f'<geom size=".03" mass=".1" {GHOST}/>'
         text = f'<body name="head{k}" pos="{at}" gravcomp="1">{_joint(f"h{k}", joint)}{geom}{text}</body>'
     return text
 

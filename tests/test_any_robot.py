@@ -46,9 +46,10 @@ SHAPES = st.builds(
     st.lists(HINGES | HINGES | SLIDES, min_size=1, max_size=3).map(tuple),
     st.tuples(st.integers(120, 640), st.integers(120, 640)),
     ends(30, 90),
+    link=st.just(0.0) | ends(0.02, 0.1),
 )
 LEAST = Shape(joints("y"), joints("z"), (240, 320))
-MOST = Shape(joints("yzxyzxyz", 0.4, slides="15"), joints("zyx", slides="2"), (640, 480))
+MOST = Shape(joints("yzxyzxyz", 0.4, slides="15"), joints("zyx", slides="2"), (640, 480), link=0.05)
 NEVER = Shape(joints("yz", 0.3), joints("y", 0.3), shoulder=(-1.0, 0.0, 0.0))
 ALWAYS = Shape(joints("yz", 0.1), joints("zy", 0.05), (640, 480))
 

@@ -127,13 +127,18 @@ def gaze_chart(runs: Sequence[Drawn]) -> Figure | None:
 
 
 def misses_chart(run: Run, summary: Summary) -> Figure | None:
-    """How often each arm region is missed, phase beside phase, the pair of joints chosen from a list."""
+    """How often each arm region is missed, phase beside phase, the pair of joints chosen from a list.
+
+    Of an arm with a single joint, lines over that joint.
+    """
     from plotly.subplots import make_subplots
 
     found = arm_regions(run)
     if not found:
         return None
     pairs, titles = list(next(iter(found.values())).frames), [phase_title(summary, p) for p in found]
+    if pairs == [(0, 0)]:
+        return _misses_of_one_joint(dict(zip(titles, found.values(), strict=True)))
     figure = make_subplots(1, len(found), subplot_titles=titles, shared_yaxes=True, horizontal_spacing=0.05)
     for number, pair in enumerate(pairs):
         for column, regions in enumerate(found.values(), 1):
@@ -145,6 +150,16 @@ def misses_chart(run: Run, summary: Summary) -> Figure | None:
     figure.update_xaxes(title_text=any_phase.axis(a), showgrid=False)
     figure.update_yaxes(title_text=any_phase.axis(b), showgrid=False, col=1)
     figure.update_layout(plot_bgcolor=UNSEEN, margin_t=92, hovermode="closest")
+    return figure
+
+
+def _misses_of_one_joint(found: Mapping[str, Regions]) -> Figure:
+    figure = plain_figure(360)
+    for index, (title, regions) in enumerate(found.items()):
+        color, dash = look(index)
+        _add(figure, _middles(regions, 0), 100 * regions.along(0), title, color, dash=dash, decimals=0)
+        figure.update_xaxes(title_text=regions.axis(0))
+    figure.update_yaxes(title_text="missed (%)", range=[0, 100])
     return figure
 
 

@@ -153,7 +153,7 @@
       const note = { yref: "paper", y: 1.02, yanchor: "bottom", showarrow: false, font: { size: 13 } };
       const layout = {
         xaxis: { ...base, range: [-0.05, SHIFT + 1.05], showticklabels: Boolean(pair) },
-        yaxis: { ...base, range: [-0.05, 1.05], showticklabels: Boolean(pair) },
+        yaxis: { ...base, range: [-0.05, 1.05], showticklabels: Boolean(pair), automargin: Boolean(pair) },
         yaxis2: { ...base, range: [-0.05, 1.05], overlaying: "y", side: "right", showticklabels: Boolean(pair) },
         annotations: [{ ...note, x: 0.5, text: armText }, { ...note, x: SHIFT + 0.5, text: headText }],
       };
