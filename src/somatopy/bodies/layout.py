@@ -135,8 +135,10 @@ def _group(model: mujoco.MjModel, anatomy: Anatomy, group: Joints) -> JointGroup
                 "the model, or limits = [[low, high], ...], one for each joint, beside its name in the anatomy."
             )
     ranges = np.array([model.joint(name).range for name in names])
-    usual = tuple(_USUAL_SPEED[int(model.joint(name).type[0])] for name in names)
-    return JointGroup(names, ranges[:, 0].copy(), ranges[:, 1].copy(), np.array(group.velocity or usual))
+    slides = [int(model.joint(name).type[0]) == _SLIDE for name in names]
+    usual = tuple(_USUAL_SPEED[_SLIDE if slide else _HINGE] for slide in slides)
+    units = tuple("m" if slide else "rad" for slide in slides)
+    return JointGroup(names, ranges[:, 0].copy(), ranges[:, 1].copy(), np.array(group.velocity or usual), units)
 
 
 def _coupling(anatomy: Anatomy, names: tuple[str, ...], lower: Floats, upper: Floats) -> Coupled:

@@ -261,6 +261,12 @@ class Session:
         return [phase.interventions for phase in self._phases]
 
     @property
+    def remarks(self) -> list[str]:
+        """What interventions have to say before the first frame: their `remark`, where they have one, each once."""
+        said = (getattr(intervention, "remark", "") for intervention in chain.from_iterable(self.interventions))
+        return list(dict.fromkeys(filter(None, said)))
+
+    @property
     def parts(self) -> list[object]:
         """Body, eye, babbler, learner and all interventions."""
         return [self.body, self.eye, self.babbler, self.learner, *chain.from_iterable(self.interventions)]
