@@ -134,7 +134,9 @@ def _neck(proposal: Proposal) -> Iterator[str]:
     yield _line(f"forward = {_said(neck.forward)}", "to where the hand mostly is")
     yield f"up = {_said(neck.up)}"
     yield f"joints = {_said(proposal.head.joints)}"
-    yield _line(f"limits = {_said(neck.limits)}", "rad: the middle of the tilt looks at the middle of the hand's places")
+    yield _line(
+        f"limits = {_said(neck.limits)}", "rad: the middle of the tilt looks at the middle of the hand's places"
+    )
 
 
 def _added_camera(proposal: Proposal) -> Iterator[str]:

@@ -167,10 +167,17 @@ def propose(model: mujoco.MjModel, found: Survey, path: str | Path, neck: bool =
         axis=_rounded(axis),
         floats=_floats(model, arm, head),
         others=sum(joint.name not in used and joint.kind in ("hinge", "slide") for joint in found.joints),
-        servos=tuple(name for name in (*arm.joints, *names) if added and name in names or not found.joint(name).servo),
-        other_arms=tuple(c for c in found.arms if c is not arm and c.tip and c.score > arm.score - 2 and c.score > 0)[:3],
+        servos=tuple(
+            name for name in (*arm.joints, *names) if (added and name in names) or not found.joint(name).servo
+        ),
+        other_arms=tuple(_likely(found, arm)),
         other_cameras=tuple(h.camera for h in found.heads if head and h.joints == head.joints and h.camera != eye.name),
     )
+
+
+def _likely(found: Survey, arm: Chain) -> list[Chain]:
+    """Chains that look nearly as much like an arm."""
+    return [chain for chain in found.arms if chain is not arm and chain.tip and chain.score > max(arm.score - 2, 0)][:3]
 
 
 def _no_arm(found: Survey) -> str:
@@ -310,16 +317,16 @@ def _neck(model: mujoco.MjModel, data: mujoco.MjData, arm: Chain, hands: Floats)
     shoulder = data.xanchor[model.joint(arm.joints[0]).id].copy()
     tip = data.xpos[model.body(arm.tip).id]
     front, up = _front(data, hands, shoulder, tip), np.array([0.0, 0.0, 1.0])
-    ahead = hands[(hands - shoulder) @ front > 0] if ((hands - shoulder) @ front > 0).any() else hands
+    front_hands = hands[(hands - shoulder) @ front > 0] if ((hands - shoulder) @ front > 0).any() else hands
     reach = float(np.quantile(np.linalg.norm(hands - shoulder, axis=1), 0.95))
     left = np.cross(up, front)
     places = [
         shoulder + reach * (high * up - back * front + side * left)
         for high, back, side in product((0.4, 0.7, 1.0), (0.3, 0.0, 0.6), (0.0, 0.35, -0.35))
     ]
-    costs = [0.02 * k / len(places) - _in_plain_view(model, data, place, ahead) for k, place in enumerate(places)]
+    costs = [0.02 * k / len(places) - _in_plain_view(model, data, place, front_hands) for k, place in enumerate(places)]
     eye = places[int(np.argmin(costs))]
-    way = ahead.mean(axis=0) - eye
+    way = front_hands.mean(axis=0) - eye
     down = float(np.arctan2(-way[2], np.linalg.norm(way[:2])))
     flat = np.array([way[0], way[1], 0.0])
     forward = flat / np.linalg.norm(flat) if np.linalg.norm(flat) > 0.05 * reach else front
@@ -328,8 +335,8 @@ def _neck(model: mujoco.MjModel, data: mujoco.MjData, arm: Chain, hands: Floats)
         body = int(model.body_parentid[body])
     turn = data.xmat[body].reshape(3, 3)
     tilt = round(max(-1.5, down - 0.9), 2), round(min(1.55, down + 0.9), 2)
-    pose = (turn.T @ vector for vector in (eye - data.xpos[body], forward, up))
-    return Neck(model.body(body).name, *map(_rounded, pose), limits=((-1.5, 1.5), tilt))
+    position, ahead, above = (_rounded(turn.T @ vector) for vector in (eye - data.xpos[body], forward, up))
+    return Neck(model.body(body).name, position, ahead, above, ((-1.5, 1.5), tilt))
 
 
 def _in_plain_view(model: mujoco.MjModel, data: mujoco.MjData, eye: Floats, hands: Floats) -> float:
@@ -377,8 +384,9 @@ def _eye_on(model: mujoco.MjModel, data: mujoco.MjData, head: Head, name: str, h
     front = flat / np.linalg.norm(flat) if np.linalg.norm(flat) > 1e-6 else np.array([1.0, 0.0, 0.0])
     ahead = float(((corners - middle) @ front).max()) + 0.01 if len(corners) else 0.0
     place = middle + ahead * front
-    pose = (turn.T @ vector for vector in (place - origin, front, np.array([0.0, 0.0, 1.0])))
-    return Eye(name, *_picture(place, hands, _FOVY), _FOVY, head.body, *map(_rounded, pose), added=True)
+    up = np.array([0.0, 0.0, 1.0])
+    position, forward, above = (_rounded(turn.T @ vector) for vector in (place - origin, front, up))
+    return Eye(name, *_picture(place, hands, _FOVY), _FOVY, head.body, position, forward, above, added=True)
 
 
 def _picture(eye: Floats, hands: Floats, fovy: float) -> tuple[int, int]:
@@ -387,4 +395,3 @@ def _picture(eye: Floats, hands: Floats, fovy: float) -> tuple[int, int]:
     needed = 2 * np.tan(np.deg2rad(fovy) / 2) * _TAG_PIXELS * far / Marker.tag_size
     height = next((height for height in _HEIGHTS if height >= 0.9 * needed), _HEIGHTS[-1])
     return height * 4 // 3, height
-

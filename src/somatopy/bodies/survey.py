@@ -30,7 +30,9 @@ _LEG = re.compile(
 )
 _TIP = re.compile(r"hand|wrist|gripper|palm|tool|tcp|flange|ee(?![a-z])", re.IGNORECASE)
 _NO_HAND = re.compile(r"camera|sensor|imu|frame", re.IGNORECASE)
-_LEFT = re.compile(r"left|(?<![A-Za-z])[lL](?![a-z])|(?<![A-Za-z])L(?=[A-Z][a-z])|\bl(?=shoulder|arm|hand|wrist|elbow|humerus)")
+_LEFT = re.compile(
+    r"left|(?<![A-Za-z])[lL](?![a-z])|(?<![A-Za-z])L(?=[A-Z][a-z])|\bl(?=shoulder|arm|hand|wrist|elbow|humerus)"
+)
 
 
 @dataclass(frozen=True)
@@ -244,7 +246,9 @@ def _pulls(model: mujoco.MjModel, actuator: int, joint: int) -> bool:
 def _camera(model: mujoco.MjModel, k: int) -> CameraFacts:
     body = int(model.cam_bodyid[k])
     name, fovy, mode = model.camera(k).name, float(model.cam_fovy[k]), int(model.cam_mode[k])
-    return CameraFacts(name, model.body(body).name, fovy, moved_by(model, body), follows=mode != mujoco.mjtCamLight.mjCAMLIGHT_FIXED)
+    return CameraFacts(
+        name, model.body(body).name, fovy, moved_by(model, body), follows=mode != mujoco.mjtCamLight.mjCAMLIGHT_FIXED
+    )
 
 
 # -- the tree of bodies ------------------------------------------------------------------------------------------------

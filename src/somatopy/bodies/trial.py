@@ -1,4 +1,4 @@
-"""A short trial of a body's physics: does it stay stable, do its servos reach their targets, how long does a frame take."""
+"""A short trial of a body's physics: is it stable, do servos reach their targets, how long does a frame take."""
 
 from __future__ import annotations
 

@@ -95,7 +95,7 @@ def _context(body: MujocoBody, chosen: str) -> Context:
     return Context(described.replaced(babbling=babbling), body, start=body.reset().arm)
 
 
-# -- faults --------------------------------------------------------------------------------------------------------------
+# -- faults ------------------------------------------------------------------------------------------------------------
 
 
 def model_faults(found: Survey) -> Iterator[Fault]:
@@ -143,7 +143,8 @@ def _of_its_joints(body: MujocoBody) -> Iterator[Fault]:
         yield Fault(False, f"{_these(idle)} {_do(idle)} not move the camera. Leave such joints out of [head] joints.")
     if both := [name for name in head if name in hand]:
         yield Fault(
-            False, f"{_these(both)} of the head {_do(both, 'moves', 'move')} the arm too. Leave it out of [head] joints."
+            False,
+            f"{_these(both)} of the head {_do(both, 'moves', 'move')} the arm too. Leave it out of [head] joints.",
         )
     if on_arm := [name for name in arm if name in eye]:
         yield Fault(
@@ -185,8 +186,8 @@ def _cause(body: MujocoBody, arms: Floats) -> str:
         around = _shapes_around(body, arms[0], found_head=body.legal(0.5 * (body.head.lower + body.head.upper)))
         inside = f" (it is inside a shape of {around[0]!r})" if around else ""
         return (
-            f"Something always stands between camera and marker{inside}. Move the marker out of it: [marker] position = "
-            f"[x, y, z] in the frame of {marker.body!r}, m, now {list(marker.position)}."
+            f"Something always stands between camera and marker{inside}. Move the marker out of it: [marker] "
+            f"position = [x, y, z] in the frame of {marker.body!r}, m, now {list(marker.position)}."
         )
     if why == "aside":
         return (
@@ -199,8 +200,8 @@ def _cause(body: MujocoBody, arms: Floats) -> str:
             f"width = {2 * camera.width}, height = {2 * camera.height}; or a larger cube: --body.marker.size 0.1."
         )
     return (
-        "The hand comes into view, but its tags are cut off or turned away. Turn the cube, whose tags surround its axis: "
-        f"[marker] axis = [x, y, z], now {list(marker.axis)}."
+        "The hand comes into view, but its tags are cut off or turned away. Turn the cube, whose tags surround its "
+        f"axis: [marker] axis = [x, y, z], now {list(marker.axis)}."
     )
 
 
@@ -231,9 +232,7 @@ def _moved(anatomy: Anatomy, arms: Floats, heads: Floats) -> tuple[Trial | None,
 
 def _of_motion(tried: Trial) -> Iterator[Fault]:
     if tried.diverged is not None:
-        yield Fault(
-            False, f"{tried.diverged.rstrip('.')}. Kinematic motion needs no physics: --motion kinematic."
-        )
+        yield Fault(False, f"{tried.diverged.rstrip('.')}. Kinematic motion needs no physics: --motion kinematic.")
     weak = [(name, error) for name, error in zip(tried.joints, tried.errors, strict=True) if error > _FAR]
     if weak:
         worst, error = max(weak, key=lambda pair: pair[1])

@@ -88,8 +88,8 @@ def require_sight(context: Context, eye: object) -> None:
         return
     robot = getattr(context.description.body, "model", "MODEL")
     raise DescriptionError(
-        f"body: the hand is never seen: no head posture shows it at any of {2 * _GLANCES} arm postures of the babbling; "
-        f"`somatopy check-body {robot}` says why, and how to mend it."
+        f"body: the hand is never seen: no head posture shows it at any of {2 * _GLANCES} arm postures of the "
+        f"babbling. Choose another babbling.range, or let `somatopy check-body {robot}` say what is wrong."
     )
 
 
@@ -113,7 +113,7 @@ def _found(body: Modelled, arms: Floats) -> bool:
     return any(vantages.seeing(arm, 0).any() for arm in arms)
 
 
-# -- a range in which the hand is seen more often ------------------------------------------------------------------------
+# -- a range in which the hand is seen more often ----------------------------------------------------------------------
 
 
 def confined(vantages: Vantages) -> Floats | None:
@@ -130,8 +130,9 @@ def confined(vantages: Vantages) -> Floats | None:
     centre, box = _densest(drawn, seen, span), np.column_stack([arm.lower, arm.upper])
     for share in _SHARES:
         half = 0.5 * np.minimum(share * span, _WIDEST)
-        low, high = np.maximum(centre - half, arm.lower + _SLACK * span), np.minimum(
-            centre + half, arm.upper - _SLACK * span
+        low, high = (
+            np.maximum(centre - half, arm.lower + _SLACK * span),
+            np.minimum(centre + half, arm.upper - _SLACK * span),
         )
         box = np.column_stack([low, high])
         tried = rng.uniform(low, high, (_TRIED, len(arm)))
@@ -148,7 +149,7 @@ def _densest(drawn: Floats, seen: Floats, span: Floats) -> Floats:
     return np.asarray(drawn[np.where(seen, seen[near].mean(axis=1), -1.0).argmax()])
 
 
-# -- why not -------------------------------------------------------------------------------------------------------------
+# -- why not -----------------------------------------------------------------------------------------------------------
 
 
 def why_unseen(body: Modelled, arms: Floats) -> str:
