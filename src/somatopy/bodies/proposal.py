@@ -153,7 +153,7 @@ def propose(model: mujoco.MjModel, found: Survey, path: str | Path, neck: bool =
     added = _neck(model, data, arm, hands) if head is None else None
     eye = _eye(model, data, found, head, added, hands)
     names = head.joints if head else ("neck_pan", "neck_tilt")
-    used = {*arm.joints, *names}
+    used, moving = {*arm.joints, *names}, (*arm.joints, *(head.joints if head else ()))
     return Proposal(
         name=found.name or Path(path).stem,
         model=str(path),
@@ -167,9 +167,7 @@ def propose(model: mujoco.MjModel, found: Survey, path: str | Path, neck: bool =
         axis=_rounded(axis),
         floats=_floats(model, arm, head),
         others=sum(joint.name not in used and joint.kind in ("hinge", "slide") for joint in found.joints),
-        servos=tuple(
-            name for name in (*arm.joints, *names) if (added and name in names) or not found.joint(name).servo
-        ),
+        servos=tuple(name for name in moving if not found.joint(name).servo),
         other_arms=tuple(_likely(found, arm)),
         other_cameras=tuple(h.camera for h in found.heads if head and h.joints == head.joints and h.camera != eye.name),
     )
@@ -320,11 +318,9 @@ def _neck(model: mujoco.MjModel, data: mujoco.MjData, arm: Chain, hands: Floats)
     front_hands = hands[(hands - shoulder) @ front > 0] if ((hands - shoulder) @ front > 0).any() else hands
     reach = float(np.quantile(np.linalg.norm(hands - shoulder, axis=1), 0.95))
     left = np.cross(up, front)
-    places = [
-        shoulder + reach * (high * up - back * front + side * left)
-        for high, back, side in product((0.4, 0.7, 1.0), (0.3, 0.0, 0.6), (0.0, 0.35, -0.35))
-    ]
-    costs = [0.02 * k / len(places) - _in_plain_view(model, data, place, front_hands) for k, place in enumerate(places)]
+    ways = list(product((0.0, 0.35, -0.35), (0.4, 0.7, 1.0), (0.3, 0.0, 0.6)))  # aside, up, back; the first are best
+    places = [shoulder + reach * (high * up - back * front + side * left) for side, high, back in ways]
+    costs = [0.1 * k / len(ways) - _in_plain_view(model, data, place, front_hands) for k, place in enumerate(places)]
     eye = places[int(np.argmin(costs))]
     way = front_hands.mean(axis=0) - eye
     down = float(np.arctan2(-way[2], np.linalg.norm(way[:2])))

@@ -329,7 +329,8 @@ def _arms(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Chain]:
         tip = _tip(model, named)
         base = model.body(model.body_parentid[model.jnt_bodyid[chain[0]]]).name
         bodies = [_carrier(model, j) for j in chain]
-        score = _score(names, bodies, tip) + reach / longest
+        looks = bool(np.isin(model.cam_bodyid, _rigid(model, int(model.jnt_bodyid[chain[-1]]))).any())
+        score = _score(names, bodies, tip) + reach / longest - 0.6 * looks
         yield Chain(names, base, tip, named, reach, score)
 
 
@@ -395,8 +396,9 @@ def _heads(
     for segment in _segments(model):
         chain = [j for j in _one_dof_tail(model, segment) if model.jnt_type[j] == _HINGE][-LONGEST_HEAD:]
         names = tuple(model.joint(j).name for j in chain)
-        body = _carrier(model, chain[-1]) if chain else ""
-        looks = all(names) and _HEAD.search(" ".join([*names, body])) and not carrying & set(names)
+        bodies = [_carrier(model, j) for j in chain]
+        body = bodies[-1] if bodies else ""
+        looks = all(names) and _HEAD.search(" ".join([*names, *bodies])) and not carrying & set(names)
         if chain and body and looks and not any(set(names) & set(known) for known in found):
             yield Head(names, body, "")
 
