@@ -59,6 +59,7 @@ class MujocoBody:
         occluders: what can stand between camera and marker; their poses are in each reading's view.
         arm_moves_alone: whether the arm moves the same to the last bit, whatever the head does: nothing couples them.
         ranges: babbling ranges by name, shape (n_arm, 2), rad: the anatomy's, and "mechanical", the joint limits.
+            There is always a range "confined", in which presets babble: the joint limits where the anatomy has none.
         model: the compiled MuJoCo model.
         data: its state. Where arm and head are stepped apart, only the joints' positions and all poses in it are kept
             up, neither velocities nor forces, and what is written into it moves nothing: change the model instead.
@@ -106,7 +107,8 @@ class MujocoBody:
         groups = zip((self.arm, self.head), self._speeds, strict=True)
         self._stride = FRAME * np.concatenate([np.minimum(group.velocity, speed) for group, speed in groups])
         self.ranges: Mapping[str, Floats] = MappingProxyType(
-            {"mechanical": self.arm.space.limits} | {name: np.array(r) for name, r in self.anatomy.ranges.items()}
+            dict.fromkeys(("mechanical", "confined"), self.arm.space.limits)
+            | {name: np.array(r) for name, r in self.anatomy.ranges.items()}
         )
         name, size = self.anatomy.camera.name, (self.anatomy.camera.width, self.anatomy.camera.height)
         self.camera = Camera(name, *size, fovy=float(np.deg2rad(self.model.camera(name).fovy[0])))
@@ -131,7 +133,7 @@ class MujocoBody:
         self._clip(self._setpoint)
         self.data.qpos[self._layout.places] = self._setpoint
         self._target = self._setpoint.copy()
-        self.data.ctrl[self._layout.others] = self.data.qpos[self._layout.rests]
+        self._layout.rest.hold(self.data)
         self._motion.begin(self._setpoint)
         return self._sense(0.0)
 
@@ -320,7 +322,7 @@ class MujocoBody:
     # -- moving and sensing ------------------------------------------------------------------------------------------
 
     def _go_home(self, data: mujoco.MjData) -> None:
-        home = self.anatomy.home
+        home = self._built.home
         if home is None:
             mujoco.mj_resetData(self.model, data)
         else:
