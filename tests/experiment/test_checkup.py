@@ -1,26 +1,23 @@
-"""What is wrong with a robot, and that a robot with nothing wrong is told so."""
+"""What is wrong with a robot; tests/cli/test_check_body.py has the models that are broken."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-import pytest
-
 from somatopy.bodies import MODELS, Anatomy
-from somatopy.bodies.survey import read_model, survey
-from somatopy.experiment.checkup import checkup, model_faults
+from somatopy.experiment.checkup import checkup
 
 NAO = MODELS["nao"].with_name("nao.xml")
 
 
-def nao(**tables: object) -> Anatomy:
-    return Anatomy.model_validate(Anatomy.load(MODELS["nao"]).model_dump() | tables)
-
-
-def test_servos_that_gravity_bends_are_noted(tmp_path: Path) -> None:
-    """NAO without its compensation of gravity and with servos of a tenth of their stiffness; it can run all the same."""
-    text = NAO.read_text().replace('gravcomp="1"', "")
-    assert text.count('kp="') > 0
+def test_servos_that_stop_short_are_noted_and_stop_nothing(tmp_path: Path) -> None:
+    """NAO whose arm is not held against gravity, its elbow's servo with a hundredth of its stiffness."""
+    text = NAO.read_text().replace('gravcomp="1"', "").replace('kp="49.3"', 'kp=".2"').replace('kp="14.9"', 'kp=".2"')
+    assert text.count('kp=".2"') == 2
     (tmp_path / "nao.xml").write_text(text)
-    spoiled = checkup(nao(model=tmp_path / "nao.xml"))
-    assert spoiled.runs and spoiled.trial is not None
+    anatomy = Anatomy.load(MODELS["nao"])
+    whole, weak = checkup(anatomy), checkup(anatomy.model_copy(update={"model": tmp_path / "nao.xml"}))
+    assert whole.faults == () and whole.runs and weak.runs
+    assert len(weak.faults) == 1 and "raise kp" in weak.faults[0].text and "servos stop" in weak.faults[0].text
+    assert weak.outlook is not None and whole.outlook is not None
+    assert weak.outlook.rate == whole.outlook.rate  # what can be seen does not depend on servos

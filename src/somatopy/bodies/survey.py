@@ -114,7 +114,7 @@ class Survey:
     """What a model has.
 
     Attributes:
-        name: the model's name.
+        name: the model's name; "" if it has none.
         size: largest extent of the robot's joints and bodies, m.
         bodies: how many there are, the world apart.
         joints: all of them.
@@ -212,7 +212,7 @@ def survey(model: mujoco.MjModel) -> Survey:
     moving = [b for b in range(1, model.nbody) if model.body_weldid[b]]
     places = data.xpos[moving] if moving else np.zeros((1, 3))
     return Survey(
-        name=model.names[: model.names.index(b"\0")].decode(),
+        name=model.names[: model.names.index(b"\0")].decode().replace("MuJoCo Model", ""),
         size=float(np.ptp(places, axis=0).max()),
         bodies=model.nbody - 1,
         joints=tuple(_joint(model, k) for k in range(model.njnt)),
@@ -330,7 +330,8 @@ def _arms(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Chain]:
         base = model.body(model.body_parentid[model.jnt_bodyid[chain[0]]]).name
         bodies = [_carrier(model, j) for j in chain]
         looks = bool(np.isin(model.cam_bodyid, _rigid(model, int(model.jnt_bodyid[chain[-1]]))).any())
-        score = _score(names, bodies, tip) + reach / longest - 0.6 * looks
+        slides = (model.jnt_type[chain[:2]] == _SLIDE).sum() == 2  # as of a base that drives about
+        score = _score(names, bodies, tip) + reach / longest - 0.6 * looks - 1.5 * slides
         yield Chain(names, base, tip, named, reach, score)
 
 

@@ -45,7 +45,9 @@ def body_picture(anatomy: Anatomy, arms: Floats, found: Outlook, path: str | Pat
         eye = FiducialEye(body.camera, body.marker, skip=False)
         for row, k in zip(axes, _two(arms, found), strict=True):
             body.place(arms[k], found.heads[k])
-            _show(row[0], _from_outside(body, shown, (arms[k], found.heads[k])), "from outside")
+            picture, pixel = _from_outside(body, shown, (arms[k], found.heads[k]))
+            _show(row[0], picture, "from outside; the ring is around the eye")
+            row[0].plot(*pixel, "o", markersize=14, markerfacecolor="none", markeredgecolor=_FOUND, markeredgewidth=2)
             picture = body.picture()
             _show(row[1], picture, "")
             _outline(row[1], eye.detect(picture), anatomy.camera.name)
@@ -77,14 +79,20 @@ def _outline(axes: Axes, tags: dict[int, Floats], camera: str) -> None:
 # -- from outside ------------------------------------------------------------------------------------------------------
 
 
-def _from_outside(body: MujocoBody, shown: MujocoBody, posture: tuple[Floats, Floats]) -> Image:
-    """The body as a camera in the room sees it: that of a second body, taken out of its head and put there."""
+def _from_outside(body: MujocoBody, shown: MujocoBody, posture: tuple[Floats, Floats]) -> tuple[Image, Floats]:
+    """The body as a camera in the room sees it, and the pixel of its eye.
+
+    The camera is that of a second body, taken out of its head and put there.
+    """
     middle, radius = _extent(body)
     eye, hand = (place - middle for place in (body.data.cam_xpos[_camera(body)], body.data.site(SITE).xpos))
     way = _aslant(hand if np.linalg.norm(hand[:2]) > 0.05 * radius else hand - eye)
-    _put_camera(shown, middle + way * radius / np.sin(np.deg2rad(_FOVY) / 2), way)
+    place, outside = middle + way * radius / np.sin(np.deg2rad(_FOVY) / 2), _camera(shown)
+    _put_camera(shown, place, way)
     shown.place(*posture)
-    return np.array(shown.picture(width=_SIZE, height=_SIZE))
+    x, y, z = (body.data.cam_xpos[_camera(body)] - place) @ shown.data.cam_xmat[outside].reshape(3, 3)
+    focal = 0.5 * _SIZE / np.tan(np.deg2rad(_FOVY) / 2)
+    return np.array(shown.picture(width=_SIZE, height=_SIZE)), 0.5 * _SIZE + focal * np.array([x, -y]) / -z
 
 
 def _camera(body: MujocoBody) -> int:

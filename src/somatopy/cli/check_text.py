@@ -50,6 +50,8 @@ def say(examined: Examined, stream: IO[str]) -> None:
     console.width = min(console.width, _WIDTH) if console.is_terminal else _WIDTH
     for part in _parts(examined):
         console.print(part)
+    for line in _next(examined):
+        console.print(line, soft_wrap=True)
 
 
 def plain(examined: Examined) -> dict[str, Any]:
@@ -116,7 +118,7 @@ def _model(path: Path, found: Survey) -> Iterator[Text]:
         _count(len(found.cameras), "camera"),
         _count(len(found.keyframes), "keyframe") + (f" ({', '.join(found.keyframes[:4])})" if found.keyframes else ""),
     )
-    yield Text.assemble((path.name, "bold"), f"  {found.name}: {', '.join(counts)}")
+    yield Text.assemble((path.name, "bold"), f"  {found.name or 'a model without name'}: {', '.join(counts)}")
 
 
 def _count(number: int, one: str, more: str = "") -> str:
@@ -227,7 +229,7 @@ def _labelled(label: str, text: str, style: str = "bold") -> Table:
     """A text behind its label, all its lines indented alike."""
     table = Table.grid(padding=(0, 1, 0, 0))
     table.add_column(width=8)
-    table.add_column()
+    table.add_column(overflow="fold")
     table.add_row(Text(label, style=style), Text(text))
     return table
 
@@ -277,13 +279,19 @@ def _verdict(examined: Examined) -> Iterator[Text]:
         yield Text("This robot cannot run yet.", style="bold red")
         return
     yield Text("This robot can run. Type:", style="bold green")
-    yield Text(f"  {_command(examined)}")
+
+
+def _next(examined: Examined) -> list[str]:
+    """The shell's lines that run this robot; they are not broken, so that they can be copied."""
+    if not examined.result.runs:
+        return []
+    first = [f"  somatopy check-body {examined.robot} --propose > my.toml"] if examined.text is not None else []
+    return [*first, f"  {_command(examined)}"]
 
 
 def _command(examined: Examined) -> str:
-    """The shell's line that runs this robot."""
+    """The shell's line that runs this robot, once what was proposed is in my.toml."""
     result, anatomy = examined.result, examined.anatomy
-    first = f"somatopy check-body {examined.robot} --propose > my.toml && " if examined.text is not None else ""
     file = "my.toml" if examined.text is not None else examined.robot
     flags = ["" if file == "nao" else f" --body.model {file}"]
     if result.trial is None or result.trial.diverged is not None:
@@ -292,4 +300,4 @@ def _command(examined: Examined) -> str:
         flags.append(" --babbling.range mechanical")
     if anatomy is not None and len(anatomy.arm.joints) != _PAPER_ARM:
         flags.append(" --damage none")
-    return f"{first}somatopy run paper{''.join(flags)}"
+    return f"somatopy run paper{''.join(flags)}"

@@ -117,41 +117,16 @@ def model_faults(found: Survey) -> Iterator[Fault]:
 
 
 def _of_its_joints(body: MujocoBody) -> Iterator[Fault]:
-    """Whether arm moves marker, head moves camera, and neither the other."""
+    """Whether each joint of arm and head moves what it shall, and whether the robot stands fast."""
     anatomy, model = body.anatomy, body.model
     eye, hand = (
         moved_by(model, int(carrier))
         for carrier in (model.cam_bodyid[model.camera(anatomy.camera.name).id], model.body(anatomy.marker.body).id)
     )
-    arm, head = anatomy.arm.joints, anatomy.head.joints
-    if not set(arm) & set(hand):
-        yield Fault(
-            True,
-            f"The marker's body {anatomy.marker.body!r} does not move with the arm. Name the body at the arm's end in "
-            f'[marker]: body = "{model.body(model.joint(arm[-1]).bodyid[0]).name}".',
-        )
-    elif idle := [name for name in arm if name not in hand]:
-        yield Fault(False, f"{_these(idle)} {_do(idle)} not move the marker. Leave such joints out of [arm] joints.")
-    if not set(head) & set(eye):
-        yield Fault(
-            True,
-            f"The camera {anatomy.camera.name!r} does not move with the head. Name one in [camera] that "
-            f"{head[-1]!r} carries, or have one added: [add.camera] with body = "
-            f'"{model.body(model.joint(head[-1]).bodyid[0]).name}".',
-        )
-    elif idle := [name for name in head if name not in eye]:
-        yield Fault(False, f"{_these(idle)} {_do(idle)} not move the camera. Leave such joints out of [head] joints.")
-    if both := [name for name in head if name in hand]:
-        yield Fault(
-            False,
-            f"{_these(both)} of the head {_do(both, 'moves', 'move')} the arm too. Leave it out of [head] joints.",
-        )
-    if on_arm := [name for name in arm if name in eye]:
-        yield Fault(
-            False,
-            f"The arm's {_these(on_arm)} {_do(on_arm, 'moves', 'move')} the camera too. Choose a camera that only the "
-            "head moves, or add a neck: [add.neck].",
-        )
+    groups = ("arm", "marker", anatomy.arm.joints, hand), ("head", "camera", anatomy.head.joints, eye)
+    for part, what, joints, moving in groups:
+        if idle := [name for name in joints if name not in moving]:
+            yield Fault(False, f"{_these(idle)} not move the {what}. Leave such joints out of [{part}] joints.")
     free = [model.joint(k).name for k in range(model.njnt) if model.jnt_type[k] < 2]
     if free := [name for name in free if name in hand or name in eye]:
         yield Fault(
@@ -162,11 +137,7 @@ def _of_its_joints(body: MujocoBody) -> Iterator[Fault]:
 
 
 def _these(names: list[str]) -> str:
-    return f"The joint {names[0]!r}" if len(names) == 1 else f"The joints {', '.join(map(repr, names))}"
-
-
-def _do(names: list[str], one: str = "does", more: str = "do") -> str:
-    return one if len(names) == 1 else more
+    return f"The joint {names[0]!r} does" if len(names) == 1 else f"The joints {', '.join(map(repr, names))} do"
 
 
 def _of_sight(body: MujocoBody, found: Outlook, arms: Floats) -> Iterator[Fault]:

@@ -12,6 +12,7 @@ import numpy as np
 from somatopy.bodies import Anatomy, BodyError, MujocoBody
 from somatopy.bodies.anatomy_text import anatomy_text
 from somatopy.bodies.proposal import Proposal, propose
+from somatopy.bodies.servos import proposed_servos
 from somatopy.bodies.survey import read_model, survey
 from somatopy.experiment.ceiling import Vantages
 from somatopy.experiment.look import confined
@@ -59,8 +60,16 @@ def proposed(path: str | Path) -> Proposed:
 
 def _written(proposal: Proposal, path: str | Path) -> Proposed:
     text = anatomy_text(proposal)
-    anatomy = Anatomy.model_validate(tomllib.loads(text))
-    return Proposed(proposal, text, anatomy.model_copy(update={"model": Path(path)}))
+    if proposal.servos:
+        gains = proposed_servos(_read(text, path))
+        servos = {name: gains[name].model_dump(exclude_none=True) for name in proposal.servos}
+        text = anatomy_text(proposal, servos)
+    return Proposed(proposal, text, _read(text, path))
+
+
+def _read(text: str, path: str | Path) -> Anatomy:
+    """An anatomy as `Anatomy.load` reads it from a file in the current folder."""
+    return Anatomy.model_validate(tomllib.loads(text)).model_copy(update={"model": Path(path)})
 
 
 def _confined(anatomy: Anatomy) -> Floats | None:
