@@ -11,6 +11,7 @@ import mujoco
 import numpy as np
 
 from somatopy.bodies.base import BodyError
+from somatopy.bodies.loading import compiled, parse
 from somatopy.percept import Floats
 
 __all__ = ["CameraFacts", "Chain", "Head", "JointFacts", "Survey", "home_data", "moved_by", "read_model", "survey"]
@@ -152,24 +153,26 @@ def read_model(path: str | Path) -> mujoco.MjModel:
         BodyError: the file is missing, or MuJoCo cannot read or compile it; the message says how to mend it.
     """
     path = Path(path)
-    if not path.is_file():
-        raise BodyError(f"The model {path} does not exist.")
     try:
-        return mujoco.MjSpec.from_file(str(path)).compile()
-    except ValueError as error:
+        spec = parse(path)
+        spec.compiler.fusestatic = spec.compiler.discardvisual = False  # all bodies and shapes, of a URDF too
+        return compiled(spec, path)
+    except BodyError as error:
         said = " ".join(str(error).split()).rstrip(".")
-        raise BodyError(f"MuJoCo cannot read the model {path}: {said}. {_mend(said)}") from error
+        raise BodyError(f"{said}. {_mend(said)}".rstrip()) from error
 
 
 def _mend(said: str) -> str:
     """What to do about an error of MuJoCo's."""
-    if re.search(r"opening|not found|file|decode", said, re.IGNORECASE) and "XML" not in said.split(":")[0]:
+    if not said.startswith("MuJoCo"):
+        return ""
+    if "mass" in said and "inertia" in said:
+        return 'Give the body a geom, or <inertial mass="0.1" pos="0 0 0" diaginertia="1e-4 1e-4 1e-4"/>.'
+    if re.search(r"opening|not found|decoder", said):
         return (
             "Put the file that it names beside the model, or say where such files are: "
             '<compiler meshdir="..." texturedir="..."/>.'
         )
-    if "mass" in said and "inertia" in said:
-        return 'Give the body a geom, or <inertial mass="0.1" pos="0 0 0" diaginertia="1e-4 1e-4 1e-4"/>.'
     return "Correct the line that it names."
 
 
