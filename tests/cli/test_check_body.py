@@ -46,7 +46,8 @@ MJCF = """<mujoco model="clerk">
   </worldbody>
   <actuator>
     <position joint="swing" kp="20" kv="1"/> <position joint="spread" kp="20" kv="1"/>
-    <position joint="turn" kp="5" kv=".3"/> <position joint="pan" kp="20" kv="1"/> <position joint="tilt" kp="20" kv="1"/>
+    <position joint="turn" kp="5" kv=".3"/> <position joint="pan" kp="20" kv="1"/>
+    <position joint="tilt" kp="20" kv="1"/>
   </actuator>
 </mujoco>"""
 ANATOMY = """
@@ -67,8 +68,9 @@ URDF = """<robot name="crane">
   {links}
   {joints}
 </robot>"""
-LINK = """<link name="{}"><inertial><mass value=".2"/><inertia ixx="1e-3" iyy="1e-3" izz="1e-3" ixy="0" ixz="0" iyz="0"/>
-  </inertial><collision><origin xyz=".1 0 0"/><geometry><box size=".15 .03 .03"/></geometry></collision></link>"""
+LINK = """<link name="{}"><inertial><mass value=".2"/>
+  <inertia ixx="1e-3" iyy="1e-3" izz="1e-3" ixy="0" ixz="0" iyz="0"/></inertial>
+  <collision><origin xyz=".1 0 0"/><geometry><box size=".15 .03 .03"/></geometry></collision></link>"""
 LIMITED = """<joint name="{}_joint" type="revolute"><parent link="{}"/><child link="{}"/><origin xyz="{} 0 .02"/>
   <axis xyz="{}"/><limit lower="-1" upper="1" effort="20" velocity="2"/></joint>"""
 
@@ -135,7 +137,7 @@ BROKEN: dict[str, tuple[Changes, Changes, tuple[str, ...]]] = {
         ("'room'", "none of the head's joints", "[add.neck]"),
     ),
     "a marker hidden in the hand": (
-        (('size=".02 .015 .01" pos=".02 0 0"', 'size=".1 .1 .1" pos=".02 0 0"'),),
+        (('size=".02 .015 .01" pos=".02 0 0"', 'size=".08 .03 .03" pos=".02 0 0"'),),
         (),
         ("never seen", "inside a shape of 'hand'", "[marker] position"),
     ),
@@ -250,7 +252,7 @@ def test_wrong_use(checked: Checked, tmp_path: Path, args: list[str], part: str)
     assert code == 2 and part in said.replace("use --json", "Choose") and out == ""
 
 
-# -- proposals -----------------------------------------------------------------------------------------------------------
+# -- proposals ---------------------------------------------------------------------------------------------------------
 
 
 def crane(folder: Path) -> None:
@@ -277,7 +279,8 @@ FOREIGN: dict[str, Callable[[Path], object]] = {
     ),
     "rail.xml": lambda folder: (folder / "rail.xml").write_text(
         """<mujoco><worldbody><geom type="plane" size="2 2 .1"/>
-        <body name="cart" pos="0 0 .3"><joint name="rail" type="slide" axis="0 1 0"/><geom type="box" size=".05 .05 .02"/>
+        <body name="cart" pos="0 0 .3"><joint name="rail" type="slide" axis="0 1 0"/>
+        <geom type="box" size=".05 .05 .02"/>
         <body name="rod" pos="0 0 .03"><joint name="swing" axis="0 1 0" damping=".1"/>
         <geom type="capsule" fromto="0 0 0 .2 0 0" size=".01"/></body></body></worldbody></mujoco>"""
     ),
@@ -299,7 +302,6 @@ def test_a_proposal_runs_as_it_is(checked: Checked, tmp_path: Path, name: str) -
         reading = body.step(target, head)
     assert np.abs(reading.arm - target).max() < 0.1 and np.abs(reading.head - head).max() < 0.1
     body.close()
-    assert checked("my.toml")[0] == 0
 
 
 def test_a_proposal_leaves_a_model_as_it_is(checked: Checked, tmp_path: Path) -> None:
@@ -320,7 +322,7 @@ def test_an_anatomy_is_tried_on_another_model(checked: Checked, tmp_path: Path) 
     assert code == 0 and "clerk.xml" in said
 
 
-# -- the picture ---------------------------------------------------------------------------------------------------------
+# -- the picture -------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.gl
