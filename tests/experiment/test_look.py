@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from itertools import islice
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -130,3 +131,30 @@ def test_looking_disturbs_nothing(short: Short, monkeypatch: pytest.MonkeyPatch)
     looked = played()
     monkeypatch.setattr(session, "require_sight", lambda *_: None)
     assert np.array_equal(looked, played())
+
+
+def test_a_babbler_of_ones_own_is_not_moved_on(short: Short) -> None:
+    """One that is handed over as it is, whose `range` is something else than intervals; the hand is never seen."""
+    babbler = Counting()
+    with pytest.raises(DescriptionError, match="never seen"):
+        Session(short(body={"motion": "kinematic", "camera": {"fovy": 0.5}}), babbler=babbler)
+    assert babbler.asked == 0
+
+
+class Counting:
+    """Counts how often it is asked."""
+
+    range = 0.5
+
+    def __init__(self) -> None:
+        self.asked = 0
+
+    def command(self, time: float) -> Floats:
+        self.asked += 1
+        return np.array([1.0, 0.3, -1.0, -0.8])
+
+    def state(self) -> dict[str, Any]:
+        return {}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        pass

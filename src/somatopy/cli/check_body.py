@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
 
@@ -101,9 +101,7 @@ def _examined(options: Options) -> Examined:
     except BodyError as error:
         result = Checkup((Fault(True, str(error)),))
     if found is not None:
-        result = Checkup(
-            (*model_faults(found), *result.faults), result.range, result.arms, result.outlook, result.trial
-        )
+        result = replace(result, faults=(*model_faults(found), *result.faults))
     return Examined(options.model, model, found, anatomy, text, result)
 
 

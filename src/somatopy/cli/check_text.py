@@ -20,7 +20,6 @@ from somatopy.experiment.checkup import Checkup
 __all__ = ["Examined", "plain", "say"]
 
 _WIDTH, _SHOWN = 100, 5
-_PAPER_ARM = 4  # joints, for which the preset has a damage
 
 
 @dataclass(frozen=True)
@@ -61,7 +60,7 @@ def plain(examined: Examined) -> dict[str, Any]:
     if found is not None and result.arms is not None:
         head = found.fixed_head.tolist()
         sight = {
-            "range": result.range,
+            "range": "confined",
             "postures": len(result.arms),
             "rate": found.rate,
             "fixed_rate": found.fixed_rate,
@@ -250,7 +249,7 @@ def _sight(result: Checkup) -> Iterator[Any]:
     yield _labelled(
         "Sight",
         f"The hand can be seen in {found.rate:.0%} of {len(result.arms)} arm postures of the babbling range "
-        f"{result.range!r}; the best fixed head, at ({head}) rad, sees it in {found.fixed_rate:.0%}.",
+        f"'confined'; the best fixed head, at ({head}) rad, sees it in {found.fixed_rate:.0%}.",
     )
 
 
@@ -291,13 +290,9 @@ def _next(examined: Examined) -> list[str]:
 
 def _command(examined: Examined) -> str:
     """The shell's line that runs this robot, once what was proposed is in my.toml."""
-    result, anatomy = examined.result, examined.anatomy
+    result = examined.result
     file = "my.toml" if examined.text is not None else examined.robot
     flags = ["" if file == "nao" else f" --body.model {file}"]
     if result.trial is None or result.trial.diverged is not None:
         flags.append(" --motion kinematic")
-    if result.range == "mechanical":
-        flags.append(" --babbling.range mechanical")
-    if anatomy is not None and len(anatomy.arm.joints) != _PAPER_ARM:
-        flags.append(" --damage none")
     return f"somatopy run paper{''.join(flags)}"

@@ -13,7 +13,6 @@ from somatopy.bodies.survey import Survey, moved_by
 from somatopy.bodies.trial import Trial, trial
 from somatopy.experiment.ceiling import Vantages
 from somatopy.experiment.context import Context
-from somatopy.experiment.description import Description
 from somatopy.experiment.look import Outlook, outlook, why_unseen
 from somatopy.experiment.presets import paper
 from somatopy.percept import Floats
@@ -45,14 +44,12 @@ class Checkup:
 
     Attributes:
         faults: what is wrong.
-        range: name of the babbling range that was tried.
         arms: arm postures of its babbling, shape (n, n_arm), rad; none if the robot could not be built.
         outlook: what could be seen at these; None if the robot could not be built.
         trial: what physics did; None if it cannot move the robot.
     """
 
     faults: tuple[Fault, ...]
-    range: str = "mechanical"
     arms: Floats | None = None
     outlook: Outlook | None = None
     trial: Trial | None = None
@@ -77,22 +74,20 @@ def checkup(anatomy: Anatomy) -> Checkup:
     except BodyError as error:
         return Checkup((Fault(True, str(error)),))
     with closing(body):
-        chosen = "confined" if "confined" in body.ranges else "mechanical"
         faults = list(_of_its_joints(body))
         try:
-            arms = _context(body, chosen).babbled(_POSTURES)
+            arms = _context(body).babbled(_POSTURES)
             found = outlook(Vantages.of(body), arms)
         except ValueError as error:
-            return Checkup((*faults, Fault(True, f"{str(error).rstrip('.')}.")), chosen)
+            return Checkup((*faults, Fault(True, f"{str(error).rstrip('.')}.")))
         faults += _of_sight(body, found, arms)
         tried, failed = _moved(anatomy, arms, found.heads)
-    return Checkup((*faults, *failed), chosen, arms, found, tried)
+    return Checkup((*faults, *failed), arms, found, tried)
 
 
-def _context(body: MujocoBody, chosen: str) -> Context:
-    described: Description = paper()
-    babbling = described.babbling.replaced(range=chosen)
-    return Context(described.replaced(babbling=babbling), body, start=body.reset().arm)
+def _context(body: MujocoBody) -> Context:
+    """What the preset `paper` would find, which babbles in the range `confined`."""
+    return Context(paper(), body, start=body.reset().arm)
 
 
 # -- faults ------------------------------------------------------------------------------------------------------------

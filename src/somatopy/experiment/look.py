@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import product
 
@@ -15,6 +16,7 @@ from somatopy.experiment.description import DescriptionError
 from somatopy.eyes import FiducialEye, GeometricEye
 from somatopy.eyes.geometric import MIN_HEIGHT
 from somatopy.percept import Floats, Ints, Shapes, View
+from somatopy.registry import HANDED_OVER
 
 __all__ = ["Outlook", "confined", "outlook", "require_sight", "why_unseen"]
 
@@ -82,15 +84,27 @@ def require_sight(context: Context, eye: object) -> None:
     body = context.body
     if not (isinstance(body, Twin) and isinstance(eye, GeometricEye | FiducialEye)):
         return
-    bounds = context.bounds()
-    arms = stream(context.description.seed, "look").uniform(bounds[:, 0], bounds[:, 1], (_GLANCES, len(bounds)))
-    if _glimpsed(body, arms) or _found(body, np.vstack([arms, context.babbled(_GLANCES)])):
+    low, high = _bounds(context).T
+    arms = stream(context.description.seed, "look").uniform(low, high, (2 * _GLANCES, len(low)))
+    if _glimpsed(body, arms[:_GLANCES]) or _found(body, arms):
         return
+    babbling = context.description.babbling
+    if not babbling.kind.startswith(HANDED_OVER) and _found(body, context.babbled(_GLANCES)):
+        return  # a babbler that was handed over as it is must not be asked: it would move on
     robot = getattr(context.description.body, "model", "MODEL")
     raise DescriptionError(
         f"body: the hand is never seen: no head posture shows it at any of {2 * _GLANCES} arm postures of the "
         f"babbling. Choose another babbling.range, or let `somatopy check-body {robot}` say what is wrong."
     )
+
+
+def _bounds(context: Context) -> Floats:
+    """Where the arm babbles, shape (n_arm, 2), rad; its limits where a babbler of one's own says something else."""
+    with suppress(ValueError, TypeError):
+        bounds = context.bounds()
+        if bounds.shape == (len(context.arm), 2):
+            return bounds
+    return context.arm.space.limits
 
 
 def _glimpsed(body: Modelled, arms: Floats) -> bool:
