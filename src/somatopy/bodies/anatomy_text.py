@@ -163,7 +163,7 @@ def _servos(servos: Servos) -> Iterator[str]:
 
 
 def _gains(gains: Mapping[str, float]) -> Iterable[str]:
-    return (f"{name} = {value:.4g}" for name, value in gains.items())
+    return (f"{name} = {value:.10g}" for name, value in gains.items())
 
 
 def _key(name: str) -> str:
