@@ -147,7 +147,7 @@ def _arms(found: Survey, chosen: Anatomy | None) -> Iterator[Any]:
     columns = ("joints from base to tip", "", "reach", "servos", "ends in", "")
     yield from _listed("Could be the arm, the likeliest first", columns, rows)
     if len(found.arms) > _SHOWN:
-        yield Text(f"  and {len(found.arms) - _SHOWN} shorter or less likely ones", style="dim")
+        yield Text(f"  and {len(found.arms) - _SHOWN} more, shorter or less likely", style="dim")
 
 
 def _arm(found: Survey, chain: Chain, chosen: Anatomy | None) -> tuple[str, ...]:
