@@ -206,7 +206,7 @@ ODD: dict[str, tuple[Changes, Changes, tuple[str, ...]]] = {
     "a joint without name": (
         (('<body name="neck"', '<body name="lid"><joint range="0 9"/><geom size=".01"/></body><body name="neck"'),),
         (),
-        ("1 hinges and slides have no name", "lid", "<joint name="),
+        ("Without name", "1 of 6", "lid", "<joint name="),
     ),
 }
 

@@ -106,8 +106,8 @@ def model_faults(found: Survey) -> Iterator[Fault]:
         bodies = ", ".join(sorted({joint.body or "?" for joint in unnamed})[:4])
         yield Fault(
             False,
-            f"{len(unnamed)} hinges and slides have no name (of the bodies {bodies}), so that no anatomy can use them. "
-            'Where arm or head need them, write <joint name="..."/>.',
+            f"Without name, and so of no use to an anatomy: {len(unnamed)} of {len(found.one_dof)} hinges and slides "
+            f'(of {bodies}). Where arm or head need them, write <joint name="..."/>.',
         )
 
 
@@ -204,6 +204,7 @@ def _of_motion(tried: Trial) -> Iterator[Fault]:
         worst, error = max(weak, key=lambda pair: pair[1])
         yield Fault(
             False,
-            f"{len(weak)} servos stop far from their targets, that of {worst!r} {error:.2f} rad or m. Something is in "
-            "their way, or they are too weak: raise kp (and the force range), in the model or in [add.servos].",
+            f"Of {len(tried.joints)} servos, {len(weak)} came to rest far from the target, that of {worst!r} "
+            f"{error:.2f} rad (slides: m). Something is in the way, or too little force is there: narrow [ranges] "
+            "confined, or raise kp and the force range, in the model or in [add.servos].",
         )
