@@ -18,6 +18,7 @@ from somatopy.experiment.columns import check_names, vector_columns
 from somatopy.experiment.context import Context, stream
 from somatopy.experiment.description import Description, DescriptionError
 from somatopy.experiment.frame import PARTS, Frame, Sink
+from somatopy.experiment.look import require_sight
 from somatopy.experiment.phases import PhaseInterventions, Place
 from somatopy.experiment.provenance import code_of
 from somatopy.percept import Column, Floats, Percept, Picture, Reading, Sighting
@@ -93,6 +94,8 @@ class Session:
             self._start = self._reading.arm
             self.eye: Eye = self._build("eye", Eye, self.description.eye, "eye")
             self.babbler: Babbler = self._build("babbling", Babbler, self.description.babbling, "babbling")
+            with said_of("babbling"):
+                require_sight(self._context("look"), self.eye)
             self.learner: Learner = self._build_learner("learner")
             self._phases = [self._build_phase(index) for index in range(len(self.description.phases))]
             self.columns = self._declare_columns()
