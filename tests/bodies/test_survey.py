@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from somatopy.bodies import MODELS, BodyError
-from somatopy.bodies.survey import home_data, moved_by, read_model, survey
+from somatopy.bodies.survey import home_data, read_model, survey
 
 JOINT = '<joint name="{}" axis="0 1 0" range="-1 1"/>'
 GEOM = '<geom size=".02" pos=".05 0 0"/>'
@@ -125,12 +125,6 @@ def test_home_is_inside_the_limits() -> None:
     """Also where a joint's zero is not."""
     bent = model(chain("a b").replace("-1 1", ".5 1"))
     assert home_data(bent, None).qpos == pytest.approx(np.deg2rad([0.5, 0.5]))
-
-
-def test_joints_that_move_a_body_come_from_the_world_on(nao: mujoco.MjModel) -> None:
-    """Those above it and its own, and no others."""
-    assert moved_by(nao, nao.body("LElbow").id) == ("LShoulderPitch", "LShoulderRoll", "LElbowYaw")
-    assert moved_by(nao, 0) == ()
 
 
 @pytest.mark.parametrize(

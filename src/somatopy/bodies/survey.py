@@ -11,16 +11,25 @@ import mujoco
 import numpy as np
 
 from somatopy.bodies.base import BodyError
+from somatopy.bodies.joint_tree import (
+    HINGE,
+    SLIDE,
+    carrier,
+    joints_above,
+    moved_by,
+    one_dof_tail,
+    rigid_with,
+    segments,
+)
 from somatopy.bodies.loading import compiled, parse
 from somatopy.percept import Floats
 
-__all__ = ["CameraFacts", "Chain", "Head", "JointFacts", "Survey", "home_data", "moved_by", "read_model", "survey"]
+__all__ = ["CameraFacts", "Chain", "Head", "JointFacts", "Survey", "home_data", "read_model", "survey"]
 
 #: The longest arm and the longest head that somatopy takes, in joints.
 LONGEST_ARM, LONGEST_HEAD = 8, 3
 
 _KINDS = {0: "free", 1: "ball", 2: "slide", 3: "hinge"}
-_HINGE, _SLIDE = 3, 2
 _CUT = 7  # of a longer chain the last so many joints are proposed
 _AT_HOME = re.compile(r"home|init|stand|rest|ready", re.IGNORECASE)
 _HEAD = re.compile(r"head|neck|skull|eye(?!let)", re.IGNORECASE)
@@ -181,18 +190,13 @@ def home_data(model: mujoco.MjModel, home: str | None) -> mujoco.MjData:
     data = mujoco.MjData(model)
     if home is not None:
         mujoco.mj_resetDataKeyframe(model, data, model.key(home).id)
-    for joint in np.flatnonzero(model.jnt_limited & np.isin(model.jnt_type, (_HINGE, _SLIDE))):
+    for joint in np.flatnonzero(model.jnt_limited & np.isin(model.jnt_type, (HINGE, SLIDE))):
         place = model.jnt_qposadr[joint]
         data.qpos[place] = np.clip(data.qpos[place], *model.jnt_range[joint])
     mujoco.mj_kinematics(model, data)
     mujoco.mj_comPos(model, data)
     mujoco.mj_camlight(model, data)
     return data
-
-
-def moved_by(model: mujoco.MjModel, body: int) -> tuple[str, ...]:
-    """Names of all joints between the world and a body."""
-    return tuple(model.joint(j).name for j in _joints_above(model, body))
 
 
 def survey(model: mujoco.MjModel) -> Survey:
@@ -232,7 +236,7 @@ def _joint(model: mujoco.MjModel, k: int) -> JointFacts:
     return JointFacts(
         name=model.joint(k).name,
         kind=_KINDS[int(model.jnt_type[k])],
-        body=_carrier(model, k),
+        body=carrier(model, k),
         limits=limits,
         servo=any(_pulls(model, a, k) for a in range(model.nu)),
     )
@@ -254,73 +258,11 @@ def _camera(model: mujoco.MjModel, k: int) -> CameraFacts:
     )
 
 
-# -- the tree of bodies ------------------------------------------------------------------------------------------------
-
-
-def _own_joints(model: mujoco.MjModel, body: int) -> range:
-    first = int(model.body_jntadr[body])
-    return range(first, first + int(model.body_jntnum[body])) if first >= 0 else range(0)
-
-
-def _carrier(model: mujoco.MjModel, joint: int) -> str:
-    """Name of the body that a joint moves."""
-    return str(model.body(model.jnt_bodyid[joint]).name)
-
-
-def _path(model: mujoco.MjModel, body: int) -> list[int]:
-    """Bodies from the world's child down to this one."""
-    path: list[int] = []
-    while body:
-        path.append(body)
-        body = int(model.body_parentid[body])
-    return path[::-1]
-
-
-def _joints_above(model: mujoco.MjModel, body: int) -> list[int]:
-    """All joints that move a body, from the world on."""
-    return [joint for above in _path(model, body) for joint in _own_joints(model, above)]
-
-
-def _moving_children(model: mujoco.MjModel) -> list[list[int]]:
-    """For each body, its children that have a joint or carry something that has one."""
-    has = np.array([model.body_jntnum[b] > 0 for b in range(model.nbody)])
-    children: list[list[int]] = [[] for _ in has]
-    for body in range(model.nbody - 1, 0, -1):
-        if has[body]:
-            parent = int(model.body_parentid[body])
-            has[parent] = True
-            children[parent].insert(0, body)
-    return children
-
-
-def _segments(model: mujoco.MjModel) -> Iterator[list[int]]:
-    """Joints between two places where the tree of moving bodies branches."""
-    children = _moving_children(model)
-    open_ends = [(child, [*_own_joints(model, child)]) for child in children[0]]
-    while open_ends:
-        body, joints = open_ends.pop(0)
-        while len(children[body]) == 1:
-            body = children[body][0]
-            joints = [*joints, *_own_joints(model, body)]
-        yield joints
-        open_ends += [(child, [*_own_joints(model, child)]) for child in children[body]]
-
-
-def _one_dof_tail(model: mujoco.MjModel, joints: list[int]) -> list[int]:
-    """The hinges and slides at the end, behind any ball or free joint."""
-    tail: list[int] = []
-    for joint in reversed(joints):
-        if model.jnt_type[joint] not in (_HINGE, _SLIDE):
-            break
-        tail.insert(0, joint)
-    return tail
-
-
 # -- arms --------------------------------------------------------------------------------------------------------------
 
 
 def _arms(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Chain]:
-    chains = [_without_fingers(model, _one_dof_tail(model, joints)) for joints in _segments(model)]
+    chains = [_without_fingers(model, one_dof_tail(model, joints)) for joints in segments(model)]
     chains = [chain[-_CUT:] if len(chain) > LONGEST_ARM else chain for chain in chains if chain]
     reaches = [_reach(model, data, chain) for chain in chains]
     longest = max(reaches, default=0.0) or 1.0
@@ -328,12 +270,12 @@ def _arms(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Chain]:
         names = tuple(model.joint(j).name for j in chain)
         if not all(names):
             continue
-        named = tuple(name for b in _rigid(model, int(model.jnt_bodyid[chain[-1]])) if (name := model.body(b).name))
+        named = tuple(name for b in rigid_with(model, int(model.jnt_bodyid[chain[-1]])) if (name := model.body(b).name))
         tip = _tip(model, named)
         base = model.body(model.body_parentid[model.jnt_bodyid[chain[0]]]).name
-        bodies = [_carrier(model, j) for j in chain]
-        looks = bool(np.isin(model.cam_bodyid, _rigid(model, int(model.jnt_bodyid[chain[-1]]))).any())
-        slides = (model.jnt_type[chain[:2]] == _SLIDE).sum() == 2  # as of a base that drives about
+        bodies = [carrier(model, j) for j in chain]
+        looks = bool(np.isin(model.cam_bodyid, rigid_with(model, int(model.jnt_bodyid[chain[-1]]))).any())
+        slides = (model.jnt_type[chain[:2]] == SLIDE).sum() == 2  # as of a base that drives about
         score = _score(names, bodies, tip) + reach / longest - 0.6 * looks - 1.5 * slides
         yield Chain(names, base, tip, named, reach, score)
 
@@ -347,21 +289,16 @@ def _tip(model: mujoco.MjModel, named: tuple[str, ...]) -> str:
 def _without_fingers(model: mujoco.MjModel, chain: list[int]) -> list[int]:
     """A chain without the joints of a gripper at its end, as long as three or more others are left."""
     kept = list(chain)
-    while len(kept) > 3 and _FINGER.search(f"{model.joint(kept[-1]).name} {_carrier(model, kept[-1])}"):
+    while len(kept) > 3 and _FINGER.search(f"{model.joint(kept[-1]).name} {carrier(model, kept[-1])}"):
         kept.pop()
     return kept
-
-
-def _rigid(model: mujoco.MjModel, body: int) -> list[int]:
-    """A body and those that hang on it without a joint, in the model's order."""
-    return [b for b in range(body, model.nbody) if model.body_weldid[b] == model.body_weldid[body]]
 
 
 def _reach(model: mujoco.MjModel, data: mujoco.MjData, chain: list[int]) -> float:
     """Length from the first joint of a chain over all its joints to the farthest body or geom that its end carries."""
     anchors = data.xanchor[chain]
     along = float(np.linalg.norm(np.diff(anchors, axis=0), axis=1).sum())
-    rigid = _rigid(model, int(model.jnt_bodyid[chain[-1]]))
+    rigid = rigid_with(model, int(model.jnt_bodyid[chain[-1]]))
     ends = np.vstack([data.xpos[rigid], data.geom_xpos[np.isin(model.geom_bodyid, rigid)]])
     return along + float(np.linalg.norm(ends - anchors[-1], axis=1).max())
 
@@ -387,20 +324,20 @@ def _heads(
     carrying = set(arm.joints) if arm else set()
     if arm:
         first = model.joint(arm.joints[0]).bodyid[0]
-        carrying |= {model.joint(j).name for j in _joints_above(model, int(first))}
+        carrying |= {model.joint(j).name for j in joints_above(model, int(first))}
     found: dict[tuple[str, ...], Head] = {}
     for k, camera in enumerate(cameras):
-        own = [j for j in _joints_above(model, int(model.cam_bodyid[k])) if model.joint(j).name not in carrying]
-        chain = _turning(model, data, _one_dof_tail(model, own), data.cam_xmat[k].reshape(3, 3))
+        own = [j for j in joints_above(model, int(model.cam_bodyid[k])) if model.joint(j).name not in carrying]
+        chain = _turning(model, data, one_dof_tail(model, own), data.cam_xmat[k].reshape(3, 3))
         names = tuple(model.joint(j).name for j in chain)
         on_arm = arm is not None and set(arm.joints) & set(camera.moved_by)
         if names and all(names) and camera.name and not camera.follows and not on_arm:
             yield (head := Head(names, camera.body, camera.name))
             found[names] = head
-    for segment in _segments(model):
-        chain = [j for j in _one_dof_tail(model, segment) if model.jnt_type[j] == _HINGE][-LONGEST_HEAD:]
+    for segment in segments(model):
+        chain = [j for j in one_dof_tail(model, segment) if model.jnt_type[j] == HINGE][-LONGEST_HEAD:]
         names = tuple(model.joint(j).name for j in chain)
-        bodies = [_carrier(model, j) for j in chain]
+        bodies = [carrier(model, j) for j in chain]
         body = bodies[-1] if bodies else ""
         looks = all(names) and _HEAD.search(" ".join([*names, *bodies])) and not carrying & set(names)
         if chain and body and looks and not any(set(names) & set(known) for known in found):
@@ -416,7 +353,7 @@ def _turning(model: mujoco.MjModel, data: mujoco.MjData, chain: list[int], turn:
         chain: joints between what carries the arm and the camera.
         turn: rotation of the camera; its columns point right, up and backwards.
     """
-    hinges = [j for j in chain if model.jnt_type[j] == _HINGE]
+    hinges = [j for j in chain if model.jnt_type[j] == HINGE]
     if len(hinges) <= LONGEST_HEAD:
         return hinges
     axes = np.abs(data.xaxis[hinges] @ turn)  # along right, up, back

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from somatopy.bodies import Anatomy, BodyError, MujocoBody
-from somatopy.bodies.survey import Survey, moved_by
+from somatopy.bodies.joint_tree import moved_by
+from somatopy.bodies.survey import Survey
 from somatopy.bodies.trial import Trial, trial
 from somatopy.experiment.ceiling import Vantages
 from somatopy.experiment.context import Context
