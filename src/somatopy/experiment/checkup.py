@@ -162,9 +162,10 @@ def _cause(body: MujocoBody, arms: Floats) -> str:
             "that looks at the hand: [add.neck], as `--propose` writes it."
         )
     if why == "small":
+        width, height = body.camera.width, body.camera.height
         return (
-            f"The tags are too small in a picture of {camera.width} x {camera.height}. Take a larger one: [camera] "
-            f"width = {2 * camera.width}, height = {2 * camera.height}; or a larger cube: --body.marker.size 0.1."
+            f"The tags are too small in a picture of {width} x {height}. Take a larger one: [camera] "
+            f"width = {2 * width}, height = {2 * height}; or a larger cube: --body.marker.size 0.1."
         )
     return (
         "The hand comes into view, but its tags are cut off or turned away. Turn the cube, whose tags surround its "
