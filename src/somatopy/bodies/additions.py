@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection
 from typing import Any
 
 import mujoco
@@ -10,7 +10,7 @@ import numpy as np
 
 from somatopy.bodies.anatomy import Anatomy
 from somatopy.bodies.base import BodyError
-from somatopy.bodies.freezing import Pose, forget, freeze, stand
+from somatopy.bodies.freezing import PLAIN, Pose, forget, freeze, name_tendons, stand
 from somatopy.bodies.loading import available, compiled, require
 from somatopy.bodies.parts import name_all
 from somatopy.bodies.tables import Directed, Neck, Servo
@@ -22,7 +22,6 @@ HOME = "somatopy_home"
 NECK = "somatopy_neck"
 _FREE, _BALL = mujoco.mjtJoint.mjJNT_FREE, mujoco.mjtJoint.mjJNT_BALL
 _AXES = {"pan": (0, 0, 1), "tilt": (0, 1, 0), "roll": (1, 0, 0)}  # a neck looks along x, and up is z
-_PLAIN = mujoco.MjSpec().default  # of a spec that has no defaults of its own
 _TIES = mujoco.mjtEq.mjEQ_CONNECT, mujoco.mjtEq.mjEQ_WELD
 _EXPLICIT = mujoco.mjtIntegrator.mjINT_EULER, mujoco.mjtIntegrator.mjINT_RK4
 
@@ -50,15 +49,18 @@ def add(spec: mujoco.MjSpec, anatomy: Anatomy) -> str | None:
     if not anatomy.changes_model:
         return anatomy.home
     name_all(spec)
-    spec.compiler.fusestatic = False
+    name_tendons(spec)
+    spec.compiler.fusestatic = spec.compiler.discardvisual = False
     start = _start(spec, anatomy)
     for key in list(spec.keys):  # they have the size of the model as it was
         spec.delete(key)
-    freeze(spec, *start, _frozen(spec, anatomy), (*anatomy.arm.joints, *anatomy.head.joints))
+    driven = (*anatomy.arm.joints, *anatomy.head.joints)
+    frozen = freeze(spec, *start, _frozen(spec, anatomy), driven)
+    _let_go(spec, frozen, [name for name in anatomy.add.servos if name not in anatomy.neck_joints], start)
     _limit(spec, anatomy)
     neck = _add_neck(spec, anatomy.add.neck)
     _add_camera(spec, anatomy, neck)
-    _add_servos(spec, anatomy, start)
+    _add_servos(spec, anatomy)
     _keep_home(spec, anatomy, *start)
     return HOME
 
@@ -70,7 +72,8 @@ def _require_named(spec: mujoco.MjSpec, anatomy: Anatomy) -> None:
     moving = [name for name in (*anatomy.arm.joints, *anatomy.head.joints) if name not in added]
     placed = [name for name in anatomy.posture if name not in added]
     frozen = () if anatomy.add.freeze == "rest" else anatomy.add.freeze
-    require(spec, anatomy, "joint", (*moving, *placed, *frozen))
+    served = [name for name in anatomy.add.servos if name not in added]
+    require(spec, anatomy, "joint", (*moving, *placed, *frozen, *served))
     if anatomy.add.camera is None:
         require(spec, anatomy, "camera", (anatomy.camera.name,))
     require(spec, anatomy, "body", [body for body in bodies if body])
@@ -153,11 +156,11 @@ def _add_neck(spec: mujoco.MjSpec, neck: Neck | None) -> Any:
     """Hinges of one light body, the first outermost."""
     if neck is None:
         return None
-    body = spec.body(neck.body).add_body(_PLAIN, name=NECK, pos=neck.position, quat=_quaternion(_turn(neck)))
+    body = spec.body(neck.body).add_body(PLAIN, name=NECK, pos=neck.position, quat=_quaternion(_turn(neck)))
     body.mass, body.inertia, body.explicitinertial = _NECK_MASS, np.full(3, _NECK_INERTIA), True
     body.ipos, body.iquat = np.zeros(3), np.array([1.0, 0, 0, 0])
     for name, turn, interval in zip(neck.joints, neck.turns, neck.limits, strict=False):
-        joint = body.add_joint(_PLAIN, name=name, axis=_AXES[turn], armature=_NECK_ARMATURE)
+        joint = body.add_joint(PLAIN, name=name, axis=_AXES[turn], armature=_NECK_ARMATURE)
         _set_limits(joint, interval)
     return body
 
@@ -169,20 +172,15 @@ def _add_camera(spec: mujoco.MjSpec, anatomy: Anatomy, neck: Any) -> None:
     forward, left, up = _turn(camera).T
     quaternion = _quaternion(np.column_stack([-left, up, -forward]))  # MuJoCo's cameras look along -z, and up is y
     body = spec.body(camera.body) if camera.body else neck
-    body.add_camera(_PLAIN, name=anatomy.camera.name, pos=camera.position, quat=quaternion, fovy=camera.fovy)
+    body.add_camera(PLAIN, name=anatomy.camera.name, pos=camera.position, quat=quaternion, fovy=camera.fovy)
 
 
-def _add_servos(spec: mujoco.MjSpec, anatomy: Anatomy, start: tuple[mujoco.MjModel, mujoco.MjData]) -> None:
-    """Servos of the joints that the anatomy names, and of the neck's, in place of all that drives these alone.
+def _add_servos(spec: mujoco.MjSpec, anatomy: Anatomy) -> None:
+    """Servos of the joints that the anatomy names, and of the neck's.
 
     Their damping is stiff, so that a model that integrates explicitly takes it in implicitly from here on.
     """
     servos = dict.fromkeys(anatomy.neck_joints, _NECK_SERVO) | anatomy.add.servos
-    require(spec, anatomy, "joint", tuple(servos))
-    for name in servos:
-        if spec.joint(name).type in (_FREE, _BALL):
-            raise BodyError(f"The joint {name!r} in [add.servos] is neither a hinge nor a slide.")
-    _let_go(spec, compiled(spec, anatomy.model), servos, start)
     for name, servo in servos.items():
         _add_servo(spec, name, servo)
     if servos and spec.option.integrator in _EXPLICIT:
@@ -192,7 +190,7 @@ def _add_servos(spec: mujoco.MjSpec, anatomy: Anatomy, start: tuple[mujoco.MjMod
 def _add_servo(spec: mujoco.MjSpec, joint: str, servo: Servo) -> None:
     limit = {} if servo.force is None else {"forcelimited": True, "forcerange": [-servo.force, servo.force]}
     actuator = spec.add_actuator(
-        _PLAIN,
+        PLAIN,
         name=f"somatopy_servo_{joint}",
         trntype=mujoco.mjtTrn.mjTRN_JOINT,
         target=joint,
@@ -206,15 +204,44 @@ def _add_servo(spec: mujoco.MjSpec, joint: str, servo: Servo) -> None:
 def _let_go(
     spec: mujoco.MjSpec,
     model: mujoco.MjModel,
-    servos: Mapping[str, Servo],
+    servos: Collection[str],
     start: tuple[mujoco.MjModel, mujoco.MjData],
 ) -> None:
     """Take away what drives these joints alone, and handles by which a user drags what they move."""
+    for name in servos:
+        if spec.joint(name) is None:
+            raise BodyError(f"The joint {name!r} in [add.servos] goes away by [add] freeze or fixed_base; keep one.")
+        if spec.joint(name).type in (_FREE, _BALL):
+            raise BodyError(f"The joint {name!r} in [add.servos] is neither a hinge nor a slide.")
+    if not servos:
+        return
     dofs = [model.joint(name).dofadr[0] for name in servos]
     driving = _driven(model)
     here = driving[:, dofs].any(axis=1) & ~np.delete(driving, dofs, axis=1).any(axis=1)
-    forget(spec, {("actuator", model.actuator(k).name) for k in np.flatnonzero(here)})
+    gone = [spec.actuator(model.actuator(k).name) for k in np.flatnonzero(here)]
+    for motor in gone:
+        if motor.target in servos:  # its rotor turns on
+            joint, gear = spec.joint(motor.target), abs(motor.gear[0])
+            joint.armature += motor.armature * gear**2
+            joint.damping = joint.damping + motor.damping * gear ** np.arange(2, 5)  # with v, v^2 and v^3
+    forget(spec, {("actuator", motor.name) for motor in gone})
+    _forget_idle_tendons(spec)
     _let_go_of_handles(spec, [spec.joint(name).parent for name in servos], start)
+
+
+def _forget_idle_tendons(spec: mujoco.MjSpec) -> None:
+    """Tendons that only carried a motor's pull; where none is left, arm and head may move alone."""
+    used = {actuator.target for actuator in spec.actuators if actuator.trntype == mujoco.mjtTrn.mjTRN_TENDON}
+    used |= {name for equality in spec.equalities for name in (equality.name1, equality.name2)}
+    used |= {sensor.objname for sensor in spec.sensors}
+    idle = [tendon for tendon in spec.tendons if tendon.name not in used and not _pulls(tendon)]
+    forget(spec, {("tendon", tendon.name) for tendon in idle})
+
+
+def _pulls(tendon: Any) -> bool:
+    """Whether a tendon does anything by itself."""
+    forces = tendon.frictionloss, tendon.armature, *np.ravel(tendon.stiffness), *np.ravel(tendon.damping)
+    return any(forces) or any(tendon.range) or tendon.limited == mujoco.mjtLimited.mjLIMITED_TRUE
 
 
 def _driven(model: mujoco.MjModel) -> np.ndarray[tuple[int, int], np.dtype[np.bool_]]:

@@ -11,11 +11,14 @@ from numpy.typing import NDArray
 
 from somatopy.percept import Floats
 
-__all__ = ["freeze", "stand"]
+__all__ = ["PLAIN", "Pose", "forget", "freeze", "name_tendons", "stand"]
 
 _FREE, _BALL, _SLIDE = (int(kind) for kind in (mujoco.mjtJoint.mjJNT_FREE, mujoco.mjtJoint.mjJNT_BALL, 2))
 _EQUAL, _OBJECT, _TRANSMISSION = mujoco.mjtEq, mujoco.mjtObj, mujoco.mjtTrn
-_PLAIN = mujoco.MjSpec().default  # of a spec that has no defaults of its own
+_EMPTY = mujoco.MjSpec()
+
+#: What new elements start from, whatever defaults the model has.
+PLAIN = _EMPTY.default
 
 
 class Pose(NamedTuple):
@@ -53,7 +56,7 @@ def freeze(
     data: mujoco.MjData,
     joints: Collection[str],
     driven: Collection[str] = (),
-) -> None:
+) -> mujoco.MjModel:
     """Take joints out of a spec, and leave their bodies where `data` has them.
 
     Whatever else concerns these joints goes too: tendons over them, their actuators, sensors, equalities and tuples. A
@@ -66,18 +69,28 @@ def freeze(
         data: a posture, in which kinematics are up to date.
         joints: names of joints.
         driven: names of joints that servos move.
+
+    Returns:
+        The model without these joints.
     """
     if not joints:
-        return
-    for k, tendon in enumerate(spec.tendons):
-        tendon.name = tendon.name or f"somatopy_tendon_{k}"
+        return model
+    name_tendons(spec)
     _hold_constraints(spec, model, data, joints, driven)
     for body in {spec.joint(name).parent.name for name in joints}:
         _bake(spec.body(body), model, data, joints)
     gone = {("joint", name) for name in joints} | {("tendon", t.name) for t in _tendons_over(spec, joints)}
     gone |= {("actuator", actuator.name) for actuator in spec.actuators if _drives(actuator) in gone}
     forget(spec, gone)
-    _keep_apart(spec, model)
+    after = spec.compile()
+    _keep_apart(spec, model, after)
+    return after
+
+
+def name_tendons(spec: mujoco.MjSpec) -> None:
+    """Give names to the tendons that have none."""
+    for k, tendon in enumerate(spec.tendons):
+        tendon.name = tendon.name or f"somatopy_tendon_{k}"
 
 
 def forget(spec: mujoco.MjSpec, gone: set[tuple[str, str]]) -> None:
@@ -201,13 +214,12 @@ def _connect_at_sites(spec: mujoco.MjSpec, equality: Any, anchors: Floats, numbe
     bodies = equality.name1, equality.name2 or "world"
     sites = [f"somatopy_anchor_{number}_{end}" for end in range(2)]
     for body, site, anchor in zip(bodies, sites, (anchors[:3], anchors[3:6]), strict=True):
-        spec.body(body).add_site(_PLAIN, name=site, pos=anchor, group=5)
+        spec.body(body).add_site(PLAIN, name=site, pos=anchor, group=5)
     equality.objtype, (equality.name1, equality.name2) = _OBJECT.mjOBJ_SITE, sites
 
 
-def _keep_apart(spec: mujoco.MjSpec, before: mujoco.MjModel) -> None:
+def _keep_apart(spec: mujoco.MjSpec, before: mujoco.MjModel, after: mujoco.MjModel) -> None:
     """Bodies that a joint joined do not touch, but those that the room and a joint join do: exclude what was."""
-    after = spec.copy().compile()
     now_static = _untouching(before) & ~_untouching(after)
     for first, second in np.argwhere(np.triu(now_static)):
         if before.body_geomnum[first] and before.body_geomnum[second]:

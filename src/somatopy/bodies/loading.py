@@ -54,7 +54,7 @@ def require(spec: mujoco.MjSpec, anatomy: Anatomy, kind: str, names: Sequence[st
     parts = {"joint": spec.joints, "camera": spec.cameras, "body": spec.bodies, "keyframe": spec.keys}[kind]
     there = [part.name for part in parts]
     for name in names:
-        if name not in there:
+        if not name or name not in there:
             raise BodyError(
                 f"The {kind} {name!r} does not exist in {anatomy.model}. Available: {available(kind, parts)}."
             )
@@ -66,7 +66,8 @@ def available(kind: str, parts: Sequence[Any]) -> str:
     nameless = [part for part in parts if not part.name]
     if not nameless:
         return named or "none"
-    where = sorted({repr(part.parent.name) for part in nameless if kind in ("joint", "camera")})
+    on = [part.parent.name for part in nameless] if kind in ("joint", "camera") else []
+    where = sorted({repr(body) if body else "a body without a name" for body in on})
     count = f"an unnamed {kind}" if len(nameless) == 1 else f"{len(nameless)} unnamed {kind}s"
-    place = f" (of {'body' if len(where) == 1 else 'the bodies'} {', '.join(where)})" if where else ""
+    place = f" (on {', '.join(where)})" if where else ""
     return f'{f"{named}, and " if named else ""}{count}{place}; to use one, give it name="..." in the model'

@@ -140,7 +140,9 @@ def _without_gear(servo: Any) -> None:
     servo.biasprm[1] *= gear**2
     if servo.biasprm[2] < 0:  # a positive one is a damping ratio, which is the same on both sides
         servo.biasprm[2] *= gear**2
-    servo.forcerange, servo.gear[0] = servo.forcerange * abs(gear), 1.0
+    servo.armature *= gear**2
+    servo.damping = servo.damping * abs(gear) ** np.arange(2, 5)  # with v, v^2 and v^3
+    servo.forcerange, servo.gear[0] = np.sort(servo.forcerange * gear), 1.0
 
 
 def _solids(body: Any) -> list[Any]:

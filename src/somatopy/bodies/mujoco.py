@@ -40,8 +40,9 @@ class MujocoBody:
     """A robot simulated by MuJoCo, described by an MJCF and an anatomy file.
 
     Set-points move towards the targets at constant speed, as NAOqi's setAngles does. `dynamic`: the model's position
-    servos follow them under gravity, contact and torque limits. `kinematic`: the joints are where the set-points are.
-    Arm and head pass through each other; frames in which they do are marked in the reading.
+    servos follow them under gravity, contact and torque limits, without the filter that a servo may have. `kinematic`:
+    the joints are where the set-points are. Arm and head pass through each other; frames in which they do are marked in
+    the reading. What the model lacks (a fixed base, a neck, a camera, limits, servos), the anatomy can add to it.
 
     Args:
         anatomy: an Anatomy, the path of an anatomy file, or the name of a body that comes with somatopy.

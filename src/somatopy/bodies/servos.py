@@ -23,8 +23,9 @@ _RESOLVED = 0.5  # rad a physics step
 def proposed_servos(anatomy: Anatomy) -> dict[str, Servo]:
     """Gains with which position servos can move the joints of arm and head, computed from the model.
 
-    With the inertia :math:`I` that a joint moves, the load :math:`m` that it holds (gravity, springs and friction,
-    both the largest over postures inside the limits), its damping :math:`d` and the physics step :math:`h`:
+    With the inertia :math:`I` that a joint moves, when all move as hampers it most, the load :math:`m` that it holds
+    (gravity, springs and friction; both the largest over postures inside the limits), its damping :math:`d` and the
+    physics step :math:`h`:
 
     .. math::
         k_p = \\max(I \\omega^2, \\; m / 0.015, \\; d / 0.1 s), \\qquad k_v = 2 \\sqrt{k_p I} - d
@@ -60,10 +61,12 @@ def proposed_servos(anatomy: Anatomy) -> dict[str, Servo]:
     data = mujoco.MjData(model)
     if home is not None:
         mujoco.mj_resetDataKeyframe(model, data, model.key(home).id)
-    names = (*anatomy.arm.joints, *anatomy.head.joints)
-    joints = np.array([model.joint(name).id for name in names])
-    felt = zip(names, joints, *_loads(model, data, joints), strict=True)
-    return {name: _servo(model, int(joint), inertia, held) for name, joint, inertia, held in felt}
+    servos = {}
+    for group in (anatomy.arm, anatomy.head):
+        joints = np.array([model.joint(name).id for name in group.joints])
+        for name, joint, inertia, held in zip(group.joints, joints, *_loads(model, data, joints), strict=True):
+            servos[name] = _servo(model, int(joint), inertia, held)
+    return servos
 
 
 def _loads(model: mujoco.MjModel, data: mujoco.MjData, joints: Ints) -> Floats:
@@ -77,13 +80,19 @@ def _loads(model: mujoco.MjModel, data: mujoco.MjData, joints: Ints) -> Floats:
 
 
 def _felt(model: mujoco.MjModel, data: mujoco.MjData, places: Ints, dofs: Ints, posture: Floats) -> Floats:
-    """Inertia and load in a posture, shape (2, n)."""
+    """Inertia and load in a posture, shape (2, n).
+
+    Where joints move together, the inertia of some motion may be more than that of each joint alone. The diagonal is
+    scaled up until no motion has more.
+    """
     data.qpos[places], data.qvel[:] = posture, 0.0
     mujoco.mj_forward(model, data)
     mass = np.zeros((model.nv, model.nv))
     mujoco.mj_fullM(model, data, mass)
     held = np.abs(data.qfrc_bias - data.qfrc_passive) + model.dof_frictionloss
-    return np.array([mass.diagonal()[dofs], held[dofs]])
+    mass, alone = mass[np.ix_(dofs, dofs)], mass.diagonal()[dofs]
+    together = np.linalg.eigvalsh(mass / np.sqrt(np.outer(alone, alone)))[-1]
+    return np.array([together * alone, held[dofs]])
 
 
 def _servo(model: mujoco.MjModel, joint: int, inertia: float, held: float) -> Servo:

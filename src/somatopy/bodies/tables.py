@@ -202,7 +202,8 @@ class Add(Table):
         fixed_base: whether the free and ball joints above arm and head go away, so that the robot stands where its
             home posture puts it.
         freeze: joints that go away, whose bodies stand as in the home posture: names, or "rest" for all that are
-            neither arm nor head. A joint that is left, and has no position servo, sags under its load.
+            neither arm nor head. Of the joints that stay, position servos hold those that they drive. Motors and
+            velocity servos get no command, so that theirs sag under their load: `freeze = "rest"` is the mend.
         neck: hinges that carry the camera.
         camera: the camera.
         servos: a position servo for each of these joints, in place of whatever drives it in the model.
