@@ -2,9 +2,9 @@
 
 usage: python docs/make_robots.py [--out runs/robots] [--seeds 3] [--pictures]
 
-Every robot runs with the preset `paper`, physics and the geometric eye, 30 minutes intact and 15 with the arm vector
-shifted, under four learners; then the best fixed head for two minutes under each of the two eyes. All robots have the
-same settings. Needs `pip install "somatopy[robots]"` and `pip install --no-deps gym-aloha`. The study goes on where it
+Every robot runs with the preset `paper`, physics and the geometric eye, 30 minutes intact under four learners, and 15
+more with the arm vector shifted under the paper's; then the best fixed head for two minutes under each of the two eyes.
+All robots have the same settings. Needs `pip install "somatopy[robots]"` and `pip install --no-deps gym-aloha`. The study goes on where it
 was stopped. `--pictures` draws the pictures alone.
 """
 
@@ -57,15 +57,15 @@ SHOTS = {
 
 def conditions() -> dict[str, Description]:
     """Each robot under each learner, and with a fixed head under each eye."""
-    found = {}
-    for robot in SHOTS:
-        base = changed(paper(), {"body.model": str(FOLDER / f"{robot}.toml"), "eye": "geometric", "motion": "dynamic"})
-        for learner in LEARNERS:
-            found[f"{robot}, {learner}"] = changed(base, {"learner": learner, "minutes": 30, "damage_minutes": 15})
-        for eye in EYES:
-            short = {"eye": eye, "learner": "fixed", "minutes": 2, "damage_minutes": 0}
-            found[f"{robot}, {eye}"] = changed(base, short)
-    return found
+    sorts = {learner: {"learner": learner, "minutes": 30, "damage_minutes": 0} for learner in LEARNERS}
+    sorts["hebbian"]["damage_minutes"] = 15
+    sorts |= {eye: {"learner": "fixed", "minutes": 2, "damage_minutes": 0, "eye": eye} for eye in EYES}
+    fixed = {"eye": "geometric", "motion": "dynamic"}
+    return {
+        f"{robot}, {name}": changed(paper(), {"body.model": str(FOLDER / f"{robot}.toml"), **fixed, **short})
+        for name, short in sorts.items()
+        for robot in SHOTS
+    }
 
 
 def rates(table: pa.Table, robot: str, what: str, phase: int, column: str = "rate") -> Floats:
