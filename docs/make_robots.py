@@ -4,8 +4,8 @@ usage: python docs/make_robots.py [--out runs/robots] [--seeds 3] [--pictures]
 
 Every robot runs with the preset `paper`, physics and the geometric eye, 30 minutes intact under four learners, and 15
 more with the arm vector shifted under the paper's; then the best fixed head for two minutes under each of the two eyes.
-All robots have the same settings. Needs `pip install "somatopy[robots]"` and `pip install --no-deps gym-aloha`. The study goes on where it
-was stopped. `--pictures` draws the pictures alone.
+All robots have the same settings. Needs `pip install "somatopy[robots]"` and `pip install --no-deps gym-aloha`. The
+study goes on where it was stopped. `--pictures` draws the pictures alone.
 """
 
 from __future__ import annotations
@@ -84,9 +84,9 @@ def row(table: pa.Table, robot: str) -> str:
         *(rates(table, robot, eye, 0) for eye in EYES),
     ]
     frames = rates(table, robot, "hebbian", 0, "frames") + rates(table, robot, "hebbian", 1, "frames")
-    time = 1e3 * (rates(table, robot, "hebbian", 0, "cpu_s") / frames).mean()
-    cells = [f"{100 * share.mean():.0f}" for share in shares]
-    return f"| [{name}]({robot}.md) | {' | '.join(cells)} | {time:.1f} |"
+    times = rates(table, robot, "hebbian", 0, "cpu_s") / frames
+    cells = [f"{100 * share.mean():.0f}" if share.size else "" for share in shares]
+    return f"| [{name}]({robot}.md) | {' | '.join(cells)} | {1e3 * times.mean():.1f} |"
 
 
 def write_table(table: pa.Table) -> None:

@@ -1,4 +1,4 @@
-"""Hypothesis without a clock; the markers `gl`, `osmesa`, `browser`, `cluster` and `robots`: no test is skipped in silence."""
+"""Hypothesis without a clock; the markers `gl`, `osmesa`, `browser`, `cluster`, `robots`: no silent skips."""
 
 from __future__ import annotations
 
