@@ -1,6 +1,6 @@
 """Measure the robots in examples/robots, and draw them: the table in their README.md and a picture for each page.
 
-usage: python docs/make_robots.py [--out runs/robots] [--seeds 3] [--pictures]
+usage: python docs/make_robots.py [--out runs/robots] [--seeds N] [--pictures]
 
 Every robot runs with the preset `paper`, physics and the geometric eye, 30 minutes intact under four learners, and 15
 more with the arm vector shifted under the paper's; then the best fixed head for two minutes under each of the two eyes.
@@ -144,7 +144,7 @@ def draw(robot: str) -> Image:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=Path("runs/robots"), help="the study folder")
-    parser.add_argument("--seeds", type=int, default=3)
+    parser.add_argument("--seeds", type=int, default=1)
     parser.add_argument("--pictures", action="store_true", help="draw the pictures alone")
     args = parser.parse_args()
     (FOLDER / "img").mkdir(exist_ok=True)
