@@ -104,6 +104,9 @@ elbow = { kp = 60.0, kv = 2.0 }
 """
 
 
+CONFINED = "[ranges]\nconfined = [[-1.2, 1.2], [-0.3, 1.0], [-0.9, 1.4]]\n\n[add]"  # as far as the limits, in degrees
+
+
 @pytest.fixture
 def wild(tmp_path: Path) -> Robot:
     """Writes that robot, with pieces of text in its model or anatomy replaced by others, and gives the anatomy."""
@@ -144,7 +147,8 @@ def test_model_stays_as_it_is_where_nothing_is_added(robot: Robot) -> None:
 
 def test_wild_robot_keeps_the_contract_of_bodies_with_physics(wild: Robot) -> None:
     """What no one wrote for us runs, and arm and head are stepped apart."""
-    check_body(lambda: MujocoBody(wild()), pictures=False)
+    check_body(lambda: MujocoBody(wild(("[add]", CONFINED))), pictures=False)
+    assert MujocoBody(wild(), motion="kinematic").reset().arm == pytest.approx([0.3, 0.1, 0.3])
     body = MujocoBody(wild())
     assert body.arm_moves_alone
     assert body.model.joint("shoulder").range.tolist() == pytest.approx([-1.2, 1.2])

@@ -82,7 +82,7 @@ def freeze(
     gone = {("joint", name) for name in joints} | {("tendon", t.name) for t in _tendons_over(spec, joints)}
     gone |= {("actuator", actuator.name) for actuator in spec.actuators if _drives(actuator) in gone}
     forget(spec, gone)
-    after = spec.compile()
+    after = spec.copy().compile()  # see `loading.compiled`
     _keep_apart(spec, model, after)
     return after
 

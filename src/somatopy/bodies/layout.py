@@ -21,6 +21,7 @@ _JOINT = int(mujoco.mjtTrn.mjTRN_JOINT)
 _HINGE, _SLIDE = int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)
 _ONE_DOF = _HINGE, _SLIDE
 _USUAL_SPEED = {_HINGE: 3.0, _SLIDE: 0.5}  # rad/s and m/s
+_ROUNDING = 1e-9  # rad, or m
 _DIRECT, _INTEGRATED = int(mujoco.mjtDyn.mjDYN_NONE), int(mujoco.mjtDyn.mjDYN_INTEGRATOR)
 _FOLLOWING = (_DIRECT, _INTEGRATED, int(mujoco.mjtDyn.mjDYN_FILTER), int(mujoco.mjtDyn.mjDYN_FILTEREXACT))
 
@@ -109,6 +110,17 @@ class Layout:
             coupling=_coupling(anatomy, (*arm.names, *head.names), lower, upper),
             rest=Rest.of(model, joints),
         )
+
+    def ranges(self, anatomy: Anatomy) -> dict[str, Floats]:
+        """Babbling ranges by name, shape (n_arm, 2): the joint limits, and those of the anatomy."""
+        limits = self.arm.space.limits
+        own = {name: _up_to(limits, np.array(range_)) for name, range_ in anatomy.ranges.items()}
+        return dict.fromkeys(("mechanical", "confined"), limits) | own
+
+
+def _up_to(limits: Floats, interval: Floats) -> Floats:
+    """An interval that reaches a limit but for rounding, as of degrees in the model, reaches it."""
+    return np.where(np.abs(interval - limits) < _ROUNDING, limits, interval)
 
 
 def _group(model: mujoco.MjModel, anatomy: Anatomy, group: Joints) -> JointGroup:

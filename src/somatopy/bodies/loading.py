@@ -34,13 +34,13 @@ def parse(path: Path) -> mujoco.MjSpec:
 
 
 def compiled(spec: mujoco.MjSpec, path: Path) -> mujoco.MjModel:
-    """The model of a description.
+    """The model of a description, which stays as it is: MuJoCo takes things out of a compiled one 20 times more slowly.
 
     Raises:
         BodyError: MuJoCo cannot compile it.
     """
     try:
-        return spec.compile()
+        return spec.copy().compile()
     except ValueError as error:
         raise BodyError(f"MuJoCo cannot compile the model {path}: {error}") from error
 

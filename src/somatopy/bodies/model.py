@@ -119,7 +119,7 @@ def _ramp_servos(spec: mujoco.MjSpec, anatomy: Anatomy) -> list[Any]:
             )
         _without_gear(servo)
         servo.dyntype = mujoco.mjtDyn.mjDYN_INTEGRATOR
-        servo.ctrllimited = servo.actlimited = False
+        servo.ctrllimited = False
         servos.append(servo)
     return servos
 
@@ -142,6 +142,7 @@ def _without_gear(servo: Any) -> None:
         servo.biasprm[2] *= gear**2
     servo.armature *= gear**2
     servo.damping = servo.damping * abs(gear) ** np.arange(2, 5)  # with v, v^2 and v^3
+    servo.actrange = np.sort(servo.actrange / gear)
     servo.forcerange, servo.gear[0] = np.sort(servo.forcerange * gear), 1.0
 
 

@@ -107,10 +107,7 @@ class MujocoBody:
         self.arm, self.head = self._layout.arm, self._layout.head
         groups = zip((self.arm, self.head), self._speeds, strict=True)
         self._stride = FRAME * np.concatenate([np.minimum(group.velocity, speed) for group, speed in groups])
-        self.ranges: Mapping[str, Floats] = MappingProxyType(
-            dict.fromkeys(("mechanical", "confined"), self.arm.space.limits)
-            | {name: np.array(r) for name, r in self.anatomy.ranges.items()}
-        )
+        self.ranges: Mapping[str, Floats] = MappingProxyType(self._layout.ranges(self.anatomy))
         name, size = self.anatomy.camera.name, (self.anatomy.camera.width, self.anatomy.camera.height)
         self.camera = Camera(name, *size, fovy=float(np.deg2rad(self.model.camera(name).fovy[0])))
         self._limits: Any = self._layout.lower, self._layout.upper, *self._layout.coupling
