@@ -48,6 +48,10 @@ def test_every_error_of_a_description_is_a_value_error() -> None:
         (("[2.0, 3.0]", "[2.0, inf]"), r"arm.velocity.1: .*finite"),
         (('["lift", "swing"]', '["lift", "lift"]'), r"arm: .*a joint stands twice in \['lift', 'lift'\]"),
         (('["lift", "swing"]', '["lift", "pan"]'), r"arm or head, not to both: \['pan'\]"),
+        (
+            ('["pan", "tilt"]\nvelocity = [4.0, 4.0]', '["pan", "tilt", "roll", "nod"]'),
+            r"head: .*one to 3 joints.*keep at most 3 of \['pan', 'tilt', 'roll', 'nod'\].*freeze",
+        ),
         (("width = 200", "width = 0"), r"camera.width: .*greater than 0"),
         (("width = 200", "width = 'wide'"), r"camera.width: .*valid integer"),
         (("[0.12, 0.0, 0.0]", "[0.12, 0.0]"), r"marker.position.2: Field required"),
@@ -102,6 +106,56 @@ def test_coupling_that_lets_nothing_pass_is_refused(robot: Robot, coupled: Chang
     """Where no angle is legal throughout, set-points could get stuck; the message gives the two numbers."""
     path = robot(anatomy=(coupled[0], coupled[1].replace(*change)))
     with pytest.raises(BodyError, match=r"No angle of 'tilt' is allowed at every angle of 'pan'"):
+        MujocoBody(path)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (("[camera]", "[add]\nfreeze = 'all'\n\n[camera]"), r"add.freeze.*'rest'"),
+        (("[camera]", "[add]\nfreeze = ['swing']\n\n[camera]"), r"add.freeze names \['swing'\], which arm or head"),
+        (("[camera]", "[add.camera]\nfovy = 50\n\n[camera]"), r"add: .*the camera has no place: say body = "),
+        (
+            ("[camera]", "[add.neck]\nbody = 'post'\njoints = ['nod']\nlimits = [[-1, 1]]\n\n[camera]"),
+            r"name them in \[head\]",
+        ),
+        (
+            ("[camera]", "[add.neck]\nbody = 'post'\njoints = ['tilt']\nlimits = [[1, -1]]\n\n[camera]"),
+            r"low must be under",
+        ),
+        (
+            ("[camera]", "[add.camera]\nbody = 'post'\nforward = [0, 0, 1]\n\n[camera]"),
+            r"add.camera: .*forward \[0.0, 0.0, 1.0\] and up \[0.0, 0.0, 1.0\] must be two directions",
+        ),
+        (("[camera]", "[add.servos]\nlift = { kp = 0, kv = 1 }\n\n[camera]"), r"add.servos.lift.kp: .*greater than 0"),
+        (("[camera]", "[add.servos]\nlift = { kp = 1 }\n\n[camera]"), r"add.servos.lift.kv: Field required"),
+        (("velocity = [2.0, 3.0]", "limits = [[-1, 1]]"), r"limits needs one \[low, high\] for each of .*, not 1"),
+        (('name = "Crane"', 'name = "Crane"\nposture = { lift = "up" }'), r"posture.lift: .*valid number"),
+    ],
+)
+def test_misfit_in_what_is_added_is_named(robot: Robot, change: Change, message: str) -> None:
+    """The same for posture, limits and all of [add]."""
+    with pytest.raises(BodyError, match=message):
+        Anatomy.load(robot(anatomy=change))
+
+
+def test_model_is_found_in_a_package_that_is_not_imported(
+    robot: Robot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Packages of robots import whole simulators, or refuse to."""
+    folder = tmp_path / "cranes_for_tests" / "assets"
+    folder.mkdir(parents=True)
+    (folder.parent / "__init__.py").write_text("raise RuntimeError('imported')")
+    path = robot(anatomy=('model = "crane.xml"', 'model = "assets/crane.xml"\npackage = "cranes_for_tests"'))
+    path.with_suffix(".xml").rename(folder / "crane.xml")
+    with pytest.raises(BodyError, match=r"'cranes_for_tests', which is not installed.*`pip install cranes-for-tests`"):
+        Anatomy.load(path)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    assert Anatomy.load(path).model == folder / "crane.xml"
+    path.write_text(path.read_text().replace('"cranes_for_tests"', '"cranes_for_tests.assets"').replace("assets/", ""))
+    assert Anatomy.load(path).model == folder / "crane.xml"
+    (folder / "crane.xml").unlink()
+    with pytest.raises(BodyError, match=r"cranes_for_tests.assets.crane.xml does not exist"):
         MujocoBody(path)
 
 
