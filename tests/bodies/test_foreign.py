@@ -11,6 +11,7 @@ import pytest
 
 from somatopy.bodies import BodyError, MujocoBody
 from somatopy.bodies.foreign import check_servos, prepare, said
+from somatopy.bodies.loading import compiled, parse
 from somatopy.bodies.marker import SITE, add_marker
 from somatopy.eyes import FiducialEye, GeometricEye
 from somatopy.percept import Image, Marker
@@ -211,7 +212,7 @@ def test_joint_that_no_figure_can_name_is_refused(robot: Robot, name: str) -> No
     ("file", "mend"), [("package://my_arm/meshes/boom.stl", "strippath"), ("boom.stl", "meshdir"), ("", "")]
 )
 def test_file_that_a_urdf_names_and_nobody_has_is_answered_with_the_line_to_write(file: str, mend: str) -> None:
-    """`package://` means nothing to MuJoCo."""
+    """Where it is looked for, and what to write if it is elsewhere."""
     mesh = URDF.replace(
         '<collision><geometry><cylinder radius=".02" length=".3"/>', f'<collision><geometry><mesh filename="{file}"/>'
     )
@@ -220,6 +221,22 @@ def test_file_that_a_urdf_names_and_nobody_has_is_answered_with_the_line_to_writ
     words = said(caught.value, Path("robots/arm.urdf"))
     assert mend in words and "\n" not in words
     assert not file or ("boom.stl" in words and "looked for in robots" in words)
+
+
+@pytest.mark.parametrize("folder", ["my_arm", "my_arm-main"])
+def test_mesh_of_a_package_is_found_above_the_model(tmp_path: Path, folder: str) -> None:
+    """A checkout of a ROS package is read as it is, whatever its folder is called, and from wherever."""
+    model = tmp_path / folder / "urdf" / "arm.urdf"
+    model.parent.mkdir(parents=True)
+    cylinder = '<collision><geometry><cylinder radius=".02" length=".3"/>'
+    model.write_text(URDF.replace(cylinder, '<collision><geometry><mesh filename="package://my_arm/meshes/boom.obj"/>'))
+    with pytest.raises(BodyError, match=r"boom\.obj.*in a folder NAME"):
+        compiled(parse(model), model)
+    mesh = tmp_path / folder / "meshes" / "boom.obj"
+    mesh.parent.mkdir()
+    mesh.write_text("v 0 0 0\nv .3 0 0\nv 0 .02 0\nv 0 0 .02\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
+    model_read = compiled(parse(model), model)
+    assert np.ptp(model_read.mesh_vert, axis=0).max() == pytest.approx(0.3, abs=0.02)
 
 
 # -- servos that do not move their joints ------------------------------------------------------------------------------

@@ -203,6 +203,11 @@ ODD: dict[str, tuple[Changes, Changes, tuple[str, ...]]] = {
         (),
         ("millimetres", "divide each pos", 'scale="0.001'),
     ),
+    "radians that are read as degrees": (
+        (('"-100 60"', '"-1.7 1"'), ('"-90 30"', '"-1.5 .5"'), ('"-60 60"', '"-1 1"')),
+        (),
+        ("more than 2.7 degrees", '<compiler angle="radian"/>'),
+    ),
     "a joint without name": (
         (('<body name="neck"', '<body name="lid"><joint range="0 9"/><geom size=".01"/></body><body name="neck"'),),
         (),

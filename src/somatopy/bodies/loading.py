@@ -29,9 +29,25 @@ def parse(path: Path) -> mujoco.MjSpec:
             "or URDF (.urdf) that it was made from."
         )
     try:
-        return mujoco.MjSpec.from_file(str(path))
+        spec = mujoco.MjSpec.from_file(str(path))
     except ValueError as error:
         raise BodyError(f"MuJoCo cannot read the model {path}: {said(error, path)}") from error
+    for mesh in spec.meshes:
+        mesh.file = _in_package(mesh.file, path)
+    return spec
+
+
+def _in_package(file: str, model: Path) -> str:
+    """Where a mesh is that a URDF names as `package://NAME/FILE`, which ROS knows and MuJoCo does not.
+
+    NAME is the folder that has FILE: one above the model, whatever it is called, or one beside those.
+    """
+    if not file.startswith("package:"):
+        return file
+    name, _, rest = file.removeprefix("package:").lstrip("/").partition("/")
+    above = model.resolve().parents
+    places = [*(folder / name / rest for folder in above), *(folder / rest for folder in above)]
+    return next((str(place) for place in places if rest and place.is_file()), file)
 
 
 def compiled(spec: mujoco.MjSpec, path: Path) -> mujoco.MjModel:

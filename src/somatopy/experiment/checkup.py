@@ -22,6 +22,7 @@ __all__ = ["Checkup", "Fault", "checkup", "model_faults"]
 
 _POSTURES, _MOVES = 300, 5
 _LONG = 5.0  # m: an arm as long as that is likely one in millimetres
+_TURNS = 20.0  # rad: an arm whose hinges turn as far is likely one whose ranges are in degrees
 _SELDOM = 0.2  # share of arm postures below which a run teaches little
 _FAR = 0.1  # rad or m from its target at rest: a servo that is too weak
 
@@ -102,6 +103,7 @@ def model_faults(found: Survey) -> Iterator[Fault]:
             f"The arm is {found.arms[0].reach:.4g} m long. MuJoCo's lengths are metres: if the file has millimetres, "
             'divide each pos, size and fromto by 1000, and give meshes scale="0.001 0.001 0.001".',
         )
+    yield from _of_its_angles(found)
     unnamed = [joint for joint in found.one_dof if not joint.name]
     if unnamed and found.arms:
         bodies = ", ".join(sorted({joint.body or "?" for joint in unnamed})[:4])
@@ -109,6 +111,24 @@ def model_faults(found: Survey) -> Iterator[Fault]:
             False,
             f"Without name, and so of no use to an anatomy: {len(unnamed)} of {len(found.one_dof)} hinges and slides "
             f'(of {bodies}). Where arm or head need them, write <joint name="..."/>.',
+        )
+
+
+def _of_its_angles(found: Survey) -> Iterator[Fault]:
+    """Whether the ranges of the likeliest arm look as if radians had been read as degrees, or degrees as radians."""
+    joints = [found.joint(name) for name in (found.arms[0].joints if found.arms else ())]
+    spans = [joint.limits[1] - joint.limits[0] for joint in joints if joint.kind == "hinge" and joint.limits]
+    if spans and max(spans) <= np.deg2rad(2 * np.pi):
+        yield Fault(
+            False,
+            f"No hinge of the arm turns by more than {np.rad2deg(max(spans)):.1f} degrees. In MJCF, ranges are in "
+            'degrees unless the file says otherwise: if it has radians, write <compiler angle="radian"/>.',
+        )
+    if spans and np.median(spans) > _TURNS:
+        yield Fault(
+            False,
+            f"The hinges of the arm turn by up to {max(spans):.4g} rad. If the ranges in the file are in degrees, take "
+            'angle="radian" out of its <compiler>; a URDF must have radians.',
         )
 
 
