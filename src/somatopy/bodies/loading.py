@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -34,7 +35,25 @@ def parse(path: Path) -> mujoco.MjSpec:
         raise BodyError(f"MuJoCo cannot read the model {path}: {said(error, path)}") from error
     for mesh in spec.meshes:
         mesh.file = _in_package(mesh.file, path)
+    if path.suffix.lower() == ".urdf":
+        _free_first_links(spec)
     return spec
+
+
+def _free_first_links(spec: mujoco.MjSpec) -> None:
+    """Let the first link that moves pass through what carries it, as each later link does.
+
+    MuJoCo lets no body touch its parent, except where the parent stands fixed. URDF has no word to forbid this contact,
+    and the shapes of neighbours overlap in most files.
+    """
+    still, first = [], []
+    ahead = list(spec.worldbody.bodies)
+    while ahead:
+        body = ahead.pop()
+        (first if body.joints else still).append(body)
+        ahead += [] if body.joints else body.bodies
+    for body, base in product(first, still):
+        spec.add_exclude(bodyname1=base.name, bodyname2=body.name)
 
 
 def _in_package(file: str, model: Path) -> str:

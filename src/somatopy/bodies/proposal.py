@@ -169,7 +169,9 @@ def propose(model: mujoco.MjModel, found: Survey, path: str | Path, neck: bool =
         others=sum(joint.name not in used and joint.kind in ("hinge", "slide") for joint in found.joints),
         servos=tuple(name for name in moving if not found.joint(name).servo),
         other_arms=tuple(_likely(found, arm)),
-        other_cameras=tuple(h.camera for h in found.heads if head and h.joints == head.joints and h.camera != eye.name),
+        other_cameras=tuple(
+            h.camera for h in found.heads if head and h.joints == head.joints and h.camera not in ("", eye.name)
+        ),
     )
 
 
