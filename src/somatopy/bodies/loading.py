@@ -46,7 +46,8 @@ def _free_first_links(spec: mujoco.MjSpec) -> None:
     MuJoCo lets no body touch its parent, except where the parent stands fixed. URDF has no word to forbid this contact,
     and the shapes of neighbours overlap in most files.
     """
-    still, first = [], []
+    still: list[mujoco.MjsBody] = []
+    first: list[mujoco.MjsBody] = []
     ahead = list(spec.worldbody.bodies)
     while ahead:
         body = ahead.pop()
