@@ -22,7 +22,7 @@ _SPEED, _SLIDE_SPEED = 3.0, 0.5  # rad/s and m/s, where a model says nothing of 
 _TURN, _SLIDE = (-1.5, 1.5), (-0.2, 0.2)  # rad and m around rest, where a model has no limits
 _FOVY = 47.64  # degrees, NAO's
 _HEIGHTS = (240, 480, 720, 960, 1200)  # px, of pictures of which the smallest that shows the tags is taken
-_TAG_PIXELS = 28.0  # px of a tag's edge, far away: seen aslant, where the eyes differ most, it is half as high
+_TAG_PIXELS = 28.0  # px of a tag's edge, far away: seen aslant it is half as high, or less
 _SAMPLED = 300  # arm postures
 _GAP = 0.005  # m between the tip and the cube
 
