@@ -21,8 +21,8 @@ _SEEN_THROUGH = 0.62  # opacity up to which the detector reads a tag behind a sh
 class Occluders:
     """The shapes of a model that are drawn and are neither the marker, nor endless, nor seen through.
 
-    A mesh counts as its box if it fills that, and else as the ellipsoid inside. Height fields, signed distance fields, skins, flexible bodies and
-    tendons count as nothing.
+    A mesh counts as its box if it fills that, and else as the ellipsoid inside. Height fields, signed distance fields,
+    skins, flexible bodies and tendons count as nothing.
 
     Args:
         model: the compiled model.
