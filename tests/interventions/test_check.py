@@ -14,20 +14,35 @@ from somatopy.contract import ContractError, Stage
 from somatopy.interventions import (
     PAPER_OFFSET,
     Afresh,
+    DeadJoint,
+    EncoderNoise,
+    HeadShift,
     Intervention,
+    JointDrift,
+    JointGain,
     JointOffset,
+    JointOrder,
+    MirroredPicture,
     NoIntervention,
     PlasticParts,
     Shuffled,
     check_intervention,
 )
-from somatopy.percept import Column, Floats, Percept
+from somatopy.percept import Camera, Column, Floats, JointGroup, Percept
 
 Generator = np.random.Generator
 RNG = np.random.default_rng(0)
+ARM = JointGroup(tuple("abcd"), -np.ones(4), np.array([1.0, 2.0, 0.5, 1.5]), np.ones(4))
 OURS: dict[str, Callable[[], Intervention]] = {
     "none": NoIntervention,
     "offset": lambda: JointOffset(PAPER_OFFSET),
+    "gain": lambda: JointGain(ARM, 0.7),
+    "permuted": lambda: JointOrder(ARM, [1, 2, 3, 0]),
+    "dead-joint": lambda: DeadJoint(2),
+    "noise": lambda: EncoderNoise([0.05, 0.0, 0.1, 0.05]),
+    "drift": lambda: JointDrift([0.1, -0.2, 0.0, 0.3]),
+    "head-offset": lambda: HeadShift(0.2),
+    "mirrored": lambda: MirroredPicture(Camera("eye", 320, 240, fovy=0.83)),
     "plastic": lambda: PlasticParts(("links",)),
     "nothing plastic": PlasticParts,
     "afresh": Afresh,

@@ -2,12 +2,24 @@
 
 from somatopy.contract import Intervention, Stage
 from somatopy.interventions.base import NoIntervention
+from somatopy.interventions.beyond_arm import HeadShift, MirroredPicture
 from somatopy.interventions.check import check_intervention
+from somatopy.interventions.drift import JointDrift
+from somatopy.interventions.felt import DeadJoint, EncoderNoise, JointGain, JointOrder
 from somatopy.interventions.learning import Afresh, PlasticParts, Shuffled
 from somatopy.interventions.offset import PAPER_OFFSET, JointOffset
 from somatopy.registry import INTERVENTIONS
 
 INTERVENTIONS.add("offset", "somatopy.interventions.offset:Offset")
+INTERVENTIONS.add("random-offset", "somatopy.interventions.offset:RandomOffset")
+INTERVENTIONS.add("gain", "somatopy.interventions.felt:Gain")
+INTERVENTIONS.add("swapped", "somatopy.interventions.felt:Swapped")
+INTERVENTIONS.add("permuted", "somatopy.interventions.felt:Permuted")
+INTERVENTIONS.add("dead-joint", "somatopy.interventions.felt:Dead")
+INTERVENTIONS.add("noise", "somatopy.interventions.felt:Noise")
+INTERVENTIONS.add("drift", "somatopy.interventions.drift:Drift")
+INTERVENTIONS.add("head-offset", "somatopy.interventions.beyond_arm:HeadOffset")
+INTERVENTIONS.add("mirrored", "somatopy.interventions.beyond_arm:Mirrored")
 INTERVENTIONS.add("plastic", "somatopy.interventions.learning:PlasticParts")
 INTERVENTIONS.add("afresh", "somatopy.interventions.learning:Afresh")
 INTERVENTIONS.add("shuffled", "somatopy.interventions.learning:Shuffled")
@@ -15,8 +27,15 @@ INTERVENTIONS.add("shuffled", "somatopy.interventions.learning:Shuffled")
 __all__ = [
     "PAPER_OFFSET",
     "Afresh",
+    "DeadJoint",
+    "EncoderNoise",
+    "HeadShift",
     "Intervention",
+    "JointDrift",
+    "JointGain",
     "JointOffset",
+    "JointOrder",
+    "MirroredPicture",
     "NoIntervention",
     "PlasticParts",
     "Shuffled",
