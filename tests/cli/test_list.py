@@ -12,7 +12,7 @@ from somatopy.experiment import PRESETS
 from somatopy.registry import LEARNERS
 
 DAMAGES = {"offset", "random-offset", "gain", "swapped", "permuted", "dead-joint", "noise", "drift"}
-DAMAGES |= {"head-offset", "mirrored"}
+DAMAGES |= {"head-offset", "mirrored", "camera", "marker", "longer-arm", "arm-speed", "babbling-range"}
 CHOICES = {
     "presets": set(PRESETS),
     "bodies": {*MODELS, "mujoco"},

@@ -1,8 +1,10 @@
 """Interventions: what is done to an experiment for the length of a phase, such as damage, freezing or shuffling."""
 
 from somatopy.contract import Intervention, Stage
+from somatopy.interventions.babble import OtherBabbling
 from somatopy.interventions.base import NoIntervention
 from somatopy.interventions.beyond_arm import HeadShift, MirroredPicture
+from somatopy.interventions.body import AlteredBody, LongerArm, MovedMarker, TurnedCamera
 from somatopy.interventions.check import check_intervention
 from somatopy.interventions.drift import JointDrift
 from somatopy.interventions.felt import DeadJoint, EncoderNoise, JointGain, JointOrder
@@ -20,6 +22,11 @@ INTERVENTIONS.add("noise", "somatopy.interventions.felt:Noise")
 INTERVENTIONS.add("drift", "somatopy.interventions.drift:Drift")
 INTERVENTIONS.add("head-offset", "somatopy.interventions.beyond_arm:HeadOffset")
 INTERVENTIONS.add("mirrored", "somatopy.interventions.beyond_arm:Mirrored")
+INTERVENTIONS.add("camera", "somatopy.interventions.body:CameraTurn")
+INTERVENTIONS.add("marker", "somatopy.interventions.body:MarkerMoved")
+INTERVENTIONS.add("longer-arm", "somatopy.interventions.body:Longer")
+INTERVENTIONS.add("arm-speed", "somatopy.interventions.babble:ArmSpeed")
+INTERVENTIONS.add("babbling-range", "somatopy.interventions.babble:BabblingRange")
 INTERVENTIONS.add("plastic", "somatopy.interventions.learning:PlasticParts")
 INTERVENTIONS.add("afresh", "somatopy.interventions.learning:Afresh")
 INTERVENTIONS.add("shuffled", "somatopy.interventions.learning:Shuffled")
@@ -27,6 +34,7 @@ INTERVENTIONS.add("shuffled", "somatopy.interventions.learning:Shuffled")
 __all__ = [
     "PAPER_OFFSET",
     "Afresh",
+    "AlteredBody",
     "DeadJoint",
     "EncoderNoise",
     "HeadShift",
@@ -35,10 +43,14 @@ __all__ = [
     "JointGain",
     "JointOffset",
     "JointOrder",
+    "LongerArm",
     "MirroredPicture",
+    "MovedMarker",
     "NoIntervention",
+    "OtherBabbling",
     "PlasticParts",
     "Shuffled",
     "Stage",
+    "TurnedCamera",
     "check_intervention",
 ]
