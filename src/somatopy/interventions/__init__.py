@@ -10,6 +10,7 @@ from somatopy.interventions.drift import JointDrift
 from somatopy.interventions.felt import DeadJoint, EncoderNoise, JointGain, JointOrder
 from somatopy.interventions.learning import Afresh, PlasticParts, Shuffled
 from somatopy.interventions.offset import PAPER_OFFSET, JointOffset
+from somatopy.interventions.suite import SUITE
 from somatopy.registry import INTERVENTIONS
 
 INTERVENTIONS.add("offset", "somatopy.interventions.offset:Offset")
@@ -33,6 +34,7 @@ INTERVENTIONS.add("shuffled", "somatopy.interventions.learning:Shuffled")
 
 __all__ = [
     "PAPER_OFFSET",
+    "SUITE",
     "Afresh",
     "AlteredBody",
     "DeadJoint",
