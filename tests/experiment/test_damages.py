@@ -158,6 +158,30 @@ def test_with_physics_the_intact_phase_has_the_movement_that_is_kept(short: Shor
     assert same(arms[0][: LENGTH + 1], arms[2][: LENGTH + 1]) and not same(arms[0][LENGTH + 1], arms[2][LENGTH + 1])
 
 
+def test_two_at_once_and_two_in_a_row(short: Short) -> None:
+    """In one phase the second acts on what the first has made; a phase later each stands alone."""
+    gain, shift = {"kind": "gain", "gain": 0.5}, SUITE["offset-0.8"]
+    table = [
+        {"name": "both", "frames": 3, "interventions": [gain, shift]},
+        {"name": "first", "frames": 3, "damage": gain},
+        {"name": "second", "frames": 3, "damage": shift},
+        {"name": "turned", "frames": 3, "damage": SUITE["camera-tilt"]},
+        {"name": "turned and long", "frames": 3, "interventions": [SUITE["camera-roll"], SUITE["longer-arm"]]},
+        {"name": "healed", "frames": 3},
+    ]
+    with Session(short(phases=table)) as session:
+        healthy = session.body.fingerprint()  # type: ignore[attr-defined]
+        frames = list(session)
+        assert session.body.fingerprint() == healthy  # type: ignore[attr-defined]
+        middle = session.body.arm.space.limits.mean(axis=1)
+    felt = [(f.percept.arm - middle, f.reading.arm - middle) for f in frames]
+    shifts = np.array([percept - true for percept, true in felt[6:9]])
+    assert np.allclose(shifts, shifts[0]) and np.linalg.norm(shifts[0]) == pytest.approx(0.8)
+    assert all(np.allclose(percept, 0.5 * true + shifts[0]) for percept, true in felt[:3])
+    assert all(np.allclose(percept, 0.5 * true) for percept, true in felt[3:6])
+    assert all(map(unhurt, frames[9:]))
+
+
 # -- other robots ----------------------------------------------------------------------------------------------------
 
 

@@ -131,7 +131,8 @@ class SharesArm(Protocol):
 class Alterable(Protocol):
     """A body of which something can be changed for a while: injuries and growth are uses of it.
 
-    Each method returns what undoes it to the last bit. What is changed holds for the twin, for bodies that `another`
+    Each method returns what undoes it to the last bit, or raises a ValueError where this body cannot have it. What is
+    changed holds for the twin, for bodies that `another`
     gives, and in the fingerprint, and it stays through `reset` and `restore`. Arrays that the body has given out, such
     as the sizes of its occluders, change in place.
     """
