@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from tests.robots import Shape, joints, write_robot
 
 from somatopy.bodies import MujocoBody
 from somatopy.contract import Alterable, same
@@ -91,6 +93,22 @@ def test_a_longer_arm_is_similar_to_the_arm(nao: MujocoBody, factor: float) -> N
         assert np.allclose(places[moved], factor * (before.occluders[moved, :3] - shoulder))
         assert same(after.occluders[~moved], before.occluders[~moved])
     assert same(nao.occluders.sizes, sizes)
+
+
+def test_a_longer_arm_of_another_robot_is_similar_too(tmp_path: Path) -> None:
+    """Of six hinges on a trunk: the marker goes away from the shoulder in proportion, the camera stays."""
+    shape = Shape(joints("yzxyzy", 0.5), joints("zy", 0.5), shoulder=(0.1, 0.05, -0.1))
+    body = MujocoBody(write_robot(tmp_path, shape), motion="kinematic")
+    model = body.model
+    shoulder = model.joint(body.arm.names[0]).bodyid[0]
+    base = body.data.xpos[shoulder].copy()
+    for arm, head in postures(body):
+        before = body.view(arm, head)
+        undo = body.stretch_arm(1.3)
+        after = body.view(arm, head)
+        undo()
+        assert np.allclose(after.marker[:3] - base, 1.3 * (before.marker[:3] - base))
+        assert same(after.camera, before.camera) and np.allclose(after.marker[3:], before.marker[3:])
 
 
 @pytest.mark.parametrize("factor", [0.5, 2.0, 100.0])

@@ -9,6 +9,7 @@ import pytest
 from somatopy.bodies import MODELS
 from somatopy.cli import main
 from somatopy.experiment import PRESETS
+from somatopy.interventions import SUITE
 from somatopy.registry import LEARNERS
 
 DAMAGES = {"offset", "random-offset", "gain", "swapped", "permuted", "dead-joint", "noise", "drift"}
@@ -18,7 +19,7 @@ CHOICES = {
     "bodies": {*MODELS, "mujoco"},
     "babbling ranges": set(MODELS),
     "learners": {"hebbian", "random", "fixed", "nearest"},
-    "damages": {"none"} | DAMAGES,
+    "damages": {"none", *SUITE} | DAMAGES,
     "eyes": {"fiducial", "geometric"},
     "babblers": {"uniform"},
     "maps": {"dsom", "som", "neural-gas", "growing-neural-gas", "evolving-som", "grow-when-required"},
