@@ -72,8 +72,10 @@ def test_a_moved_marker_goes_along_its_axis(nao: MujocoBody, by: float) -> None:
 def test_a_longer_arm_is_similar_to_the_arm(nao: MujocoBody, factor: float) -> None:
     """At each posture its shapes and the marker are farther from the shoulder in proportion; all else stays.
 
-    Capsules (3) and cylinders (5) are longer, nothing is thicker, and the ball around a capsule encloses it.
+    Capsules (3) and cylinders (5) are longer, nothing is thicker, and the ball around a capsule encloses it. The hand
+    has its shape, and its marker where it was on it.
     """
+    of_hand = nao.model.geom_bodyid[nao._occluders.geoms] == nao.model.body("l_wrist").id
     shoulder = nao.data.body("LShoulder").xpos.copy()
     sizes = nao.occluders.sizes.copy()
     for arm, head in postures(nao):
@@ -84,13 +86,17 @@ def test_a_longer_arm_is_similar_to_the_arm(nao: MujocoBody, factor: float) -> N
         assert np.allclose(after.marker[:3] - shoulder, factor * (before.marker[:3] - shoulder))
         assert np.allclose(after.marker[3:], before.marker[3:]) and same(after.camera, before.camera)
         moved = (after.occluders != before.occluders).any(axis=1)
-        long = moved & np.isin(nao.occluders.kinds, (3, 5))
+        assert of_hand.sum() >= 4 and moved[of_hand].all()
+        long = moved & ~of_hand & np.isin(nao.occluders.kinds, (3, 5))
         assert 4 <= long.sum() < moved.sum() < len(moved) and same(grown[~long], sizes[~long])
         assert np.allclose(grown[long, 1], factor * sizes[long, 1]) and same(grown[:, 0], sizes[:, 0])
         capsules = long & (nao.occluders.kinds == 3)
         assert capsules.any() and np.allclose(grown[capsules, 3], grown[capsules, :2].sum(axis=1))
         places = after.occluders[:, :3] - shoulder
-        assert np.allclose(places[moved], factor * (before.occluders[moved, :3] - shoulder))
+        arm_only = moved & ~of_hand
+        assert np.allclose(places[arm_only], factor * (before.occluders[arm_only, :3] - shoulder))
+        on_hand = [view.occluders[of_hand, :3] - view.marker[:3] for view in (before, after)]
+        assert np.allclose(*on_hand)
         assert same(after.occluders[~moved], before.occluders[~moved])
     assert same(nao.occluders.sizes, sizes)
 

@@ -67,8 +67,9 @@ class Alterations:
         """Lengthen the links of the arm: see `Alterable`.
 
         Places of joints, shapes and marker in the links are multiplied, and the lengths of capsules and cylinders. What
-        is thick stays as thick, or hands would swallow markers. Masses stay, and inertias grow with the square. What
-        hangs on a link beside the way to the hand, such as the head on a torso that turns with the arm, moves not.
+        is thick stays as thick, and the body with the marker keeps its shape and moves outwards as a whole: a hand that
+        grew would hide its marker. Masses stay, and inertias grow with the square. What hangs on a link beside the way
+        to the hand, such as the head on a torso that turns with the arm, moves not.
         """
         model = self.model
         links = _links(model, self.anatomy)
@@ -76,16 +77,22 @@ class Alterations:
             np.flatnonzero(np.isin(bodies, links))
             for bodies in (model.jnt_bodyid, model.geom_bodyid, model.site_bodyid)
         )
+        hand = int(model.body(self.anatomy.marker.body).id)
+        outwards = (factor - 1) * model.site_pos[model.site(SITE).id]
         placed = {
-            "body_pos": links[1:],
-            "body_ipos": links,
-            "jnt_pos": joints,
-            "site_pos": sites,
-            "geom_pos": geoms,
+            "body_pos": (links[1:], model.body_parentid),
+            "site_pos": (sites, model.site_bodyid),
+            "geom_pos": (geoms, model.geom_bodyid),
         }
-        changes: list[_Change] = [(name, rows, factor * getattr(model, name)[rows]) for name, rows in placed.items()]
+        changes: list[_Change] = [
+            (name, rows, np.where(on[rows, None] == hand, before + outwards, factor * before))
+            for name, (rows, on) in placed.items()
+            for before in [getattr(model, name)[rows]]
+        ]
+        changes += [("body_ipos", links, factor * model.body_ipos[links])]
+        changes += [("jnt_pos", joints, factor * model.jnt_pos[joints])]
         changes.append(("body_inertia", links, factor**2 * model.body_inertia[links]))
-        long = geoms[np.isin(model.geom_type[geoms], _LONG)]
+        long = geoms[np.isin(model.geom_type[geoms], _LONG) & (model.geom_bodyid[geoms] != hand)]
         sizes, reach = _stretched(model, long, factor)
         undo = [
             self._change([*changes, ("geom_size", long, sizes), ("geom_rbound", long, reach)]),
