@@ -423,3 +423,50 @@ def test_each_law_of_a_twin_is_held(make: Any, message: str) -> None:
 def test_injury_that_the_body_shows_passes() -> None:
     """The sound body with a twin shows it in its fingerprint, and in another one."""
     check_body(Imagined, injure=lambda body: setattr(body, "length", 1.5))
+
+
+class Altered(Imagined):
+    """A sound body that can be altered, though nobody can turn its camera."""
+
+    def turn_camera(self, tilt: float, roll: float) -> Any:
+        raise ValueError("the camera of this body cannot be turned")
+
+    def stretch_arm(self, factor: float) -> Any:
+        before = self.length
+        self.length = before * factor
+        return lambda: setattr(self, "length", before)
+
+    def move_marker(self, by: float) -> Any:
+        return self.stretch_arm(1 + by)
+
+    def pace_arm(self, factor: float) -> Any:
+        return self.stretch_arm(factor)
+
+
+class Rounding(Altered):
+    def stretch_arm(self, factor: float) -> Any:
+        self.length *= factor
+        return lambda: setattr(self, "length", self.length / factor + 1e-9)
+
+
+class Unmoved(Altered):
+    def move_marker(self, by: float) -> Any:
+        return lambda: None
+
+
+def test_a_sound_body_that_can_be_altered_passes() -> None:
+    """An alteration that it refuses is not tried."""
+    check_body(Altered)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (Rounding, r"what an alteration returns undoes it.*after move_marker\(0.05,\) was undone"),
+        (Unmoved, r"what is altered counts in the fingerprint.*after move_marker\(0.05,\)"),
+    ],
+)
+def test_each_law_of_alterations_is_held(make: Any, message: str) -> None:
+    """One body that breaks each."""
+    with pytest.raises(ContractError, match=message):
+        check_body(make)

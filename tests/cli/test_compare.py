@@ -8,6 +8,8 @@ from typing import Any
 import pytest
 
 from somatopy.cli import main
+from somatopy.interventions import SUITE
+from somatopy.registry import INTERVENTIONS
 from somatopy.studies import Study
 
 Planned = Callable[..., Study]
@@ -65,6 +67,18 @@ def test_minutes(flags: tuple[str, ...], frames: list[int], planned: Planned) ->
     """The damaged phase is half as long as the first if nothing is said of it; dotted flags win."""
     for condition in planned("--learners", "hebbian", *flags).conditions:
         assert [phase.frames for phase in condition.experiment.phases] == frames
+
+
+def test_all_damages_are_one_of_each_and_may_be_undone(planned: Planned) -> None:
+    """Each name of the suite once, with its settings, beside others; a last phase is as long as it was said."""
+    study = planned("--learners", "hebbian", "--damages", "none,all", "--minutes", "2", "--healed-minutes", "3")
+    assert [condition.factors["damage"] for condition in study.conditions] == ["none", *SUITE]
+    for condition in study.conditions[1:]:
+        phases = condition.experiment.phases
+        assert [(phase.frames, len(phase.interventions)) for phase in phases] == [(1800, 0), (900, 1), (2700, 0)]
+        assert SUITE[condition.factors["damage"]].items() <= INTERVENTIONS.dumped(phases[1].interventions[0]).items()
+    single = planned("--learners", "hebbian", "--damages", "offset-1.7").conditions[0].experiment
+    assert single.phases[1].interventions == study.conditions[3].experiment.phases[1].interventions
 
 
 @pytest.mark.parametrize("separator", [",", ";", ", "])

@@ -9,19 +9,22 @@ import pytest
 from somatopy.bodies import MODELS
 from somatopy.cli import main
 from somatopy.experiment import PRESETS
+from somatopy.interventions import SUITE
 from somatopy.registry import LEARNERS
 
+DAMAGES = {"offset", "random-offset", "gain", "swapped", "permuted", "dead-joint", "noise", "drift"}
+DAMAGES |= {"head-offset", "mirrored", "camera", "marker", "longer-arm", "arm-speed", "babbling-range"}
 CHOICES = {
     "presets": set(PRESETS),
     "bodies": {*MODELS, "mujoco"},
     "babbling ranges": set(MODELS),
     "learners": {"hebbian", "random", "fixed", "nearest"},
-    "damages": {"none", "offset"},
+    "damages": {"none", *SUITE} | DAMAGES,
     "eyes": {"fiducial", "geometric"},
     "babblers": {"uniform"},
     "maps": {"dsom", "som", "neural-gas", "growing-neural-gas", "evolving-som", "grow-when-required"},
     "rules": {"positive", "normalised"},
-    "interventions": {"offset", "plastic", "afresh", "shuffled"},
+    "interventions": {"plastic", "afresh", "shuffled"} | DAMAGES,
 }
 
 

@@ -121,7 +121,7 @@ def test_they_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
 def test_help_names_them_and_shows_their_fields(shown: Help) -> None:
     """Each name among its like; chosen, each argument with its meaning and default."""
     alone = shown()
-    assert "nearest, leaning" in alone and "grow-when-required, lazy" in alone and "offset, dazed" in alone
+    assert "nearest, leaning" in alone and "grow-when-required, lazy" in alone and "babbling-range, dazed" in alone
     learner = shown(*LEANS)
     assert "Looks a given way." in learner
     assert "--learner.pitch FLOAT The other angle, rad. (default: 0.1)" in learner

@@ -9,25 +9,55 @@ from typing import Any
 import numpy as np
 import pytest
 
+from somatopy.babbling import UniformBabbler
 from somatopy.bodies import MujocoBody
 from somatopy.contract import ContractError, Stage
 from somatopy.interventions import (
     PAPER_OFFSET,
     Afresh,
+    DeadJoint,
+    EncoderNoise,
+    HeadShift,
     Intervention,
+    JointDrift,
+    JointGain,
     JointOffset,
+    JointOrder,
+    LongerArm,
+    MirroredPicture,
+    MovedMarker,
     NoIntervention,
+    OtherBabbling,
     PlasticParts,
     Shuffled,
+    TurnedCamera,
     check_intervention,
 )
-from somatopy.percept import Column, Floats, Percept
+from somatopy.percept import Camera, Column, Floats, JointGroup, Percept
 
 Generator = np.random.Generator
 RNG = np.random.default_rng(0)
+ARM = JointGroup(tuple("abcd"), -np.ones(4), np.array([1.0, 2.0, 0.5, 1.5]), np.ones(4))
+
+
+def babbler() -> UniformBabbler:
+    return UniformBabbler(ARM, ARM.space.limits / 2, 0.5, np.zeros(4), np.random.default_rng(4))
+
+
 OURS: dict[str, Callable[[], Intervention]] = {
     "none": NoIntervention,
     "offset": lambda: JointOffset(PAPER_OFFSET),
+    "gain": lambda: JointGain(ARM, 0.7),
+    "permuted": lambda: JointOrder(ARM, [1, 2, 3, 0]),
+    "dead-joint": lambda: DeadJoint(2),
+    "noise": lambda: EncoderNoise([0.05, 0.0, 0.1, 0.05]),
+    "drift": lambda: JointDrift([0.1, -0.2, 0.0, 0.3]),
+    "head-offset": lambda: HeadShift(0.2),
+    "mirrored": lambda: MirroredPicture(Camera("eye", 320, 240, fovy=0.83)),
+    "camera": lambda: TurnedCamera(10, -5),
+    "marker": lambda: MovedMarker(0.15),
+    "longer-arm": lambda: LongerArm(1.2),
+    "babbling": lambda: OtherBabbling(babbler()),
     "plastic": lambda: PlasticParts(("links",)),
     "nothing plastic": PlasticParts,
     "afresh": Afresh,
@@ -46,9 +76,11 @@ def test_ours_keep_them(name: str) -> None:
     check_intervention(OURS[name], kinematic)
 
 
-def test_the_papers_damage_keeps_them_with_physics() -> None:
-    """A body whose state is more than its posture."""
-    check_intervention(OURS["offset"], lambda: MujocoBody("nao", motion="dynamic"))
+@pytest.mark.parametrize("name", ["offset", "longer-arm", "marker", "slow"])
+def test_some_keep_them_with_physics(name: str) -> None:
+    """On a body whose state is more than its posture, and which may be stepped in parts."""
+    made = OURS | {"slow": lambda: OtherBabbling(babbler(), 0.5)}
+    check_intervention(made[name], lambda: MujocoBody("nao", motion="dynamic"))
 
 
 class Drift(NoIntervention):

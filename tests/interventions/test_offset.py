@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from contextlib import closing
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 from pydantic import ValidationError
+from tests.interventions.damages import built, felt
 
 from somatopy.bodies import MujocoBody
 from somatopy.interventions import PAPER_OFFSET, Intervention, JointOffset
@@ -128,3 +130,18 @@ def test_an_offset_that_is_no_list_of_finite_numbers_is_refused(offset: object) 
     """Before anything is built, at the key."""
     with pytest.raises(ValidationError, match="offset"):
         INTERVENTIONS.validated({"kind": "offset", "offset": offset})
+
+
+# -- a random direction ----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("norm", [0.3, 0.8, 1.7])
+def test_a_random_offset_has_its_norm_and_is_one_for_all_learners_of_a_seed(norm: float) -> None:
+    """Posture and command alike; made again it is the same, under another seed or draw another one."""
+    damage: Any = {"kind": "random-offset", "norm": norm}
+    arm = ARM.lower
+    shift = felt(built(damage, ARM), arm) - arm
+    assert np.linalg.norm(shift) == pytest.approx(norm)
+    assert np.array_equal(felt(built(damage, ARM), arm) - arm, shift)
+    others = built(damage, ARM, seed=1), built({**damage, "draw": 1}, ARM)
+    assert all(np.linalg.norm(felt(other, arm) - arm - shift) > 0.1 * norm for other in others)

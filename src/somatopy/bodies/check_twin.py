@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from somatopy.contract import facts, law, same
+from somatopy.contract import Alterable, facts, law, same
 from somatopy.percept import Floats, Shapes, View
 
 __all__ = ["check_twin"]
@@ -16,6 +16,8 @@ __all__ = ["check_twin"]
 #: the body moves; at the start only rounding is allowed.
 _SWAY = 0.02
 _ROUNDING = 1e-6
+#: What is tried of a body that is `Alterable`.
+_ALTERATIONS = {"turn_camera": (0.1, 0.2), "move_marker": (0.05,), "stretch_arm": (1.1,), "pace_arm": (0.7,)}
 
 
 def check_twin(start: Callable[[int], Any], injure: Callable[[Any], object] | None) -> None:
@@ -34,6 +36,8 @@ def check_twin(start: Callable[[int], Any], injure: Callable[[Any], object] | No
     _clips_heads(start(0))
     _makes_another(start(0), start(0))
     _has_one_fingerprint(start(0), start(5))
+    if isinstance(body := start(0), Alterable):
+        _undoes_alterations(body)
     if injure is not None:
         _shows_injuries(start(0), injure)
 
@@ -150,3 +154,22 @@ def _shows_injuries(body: Any, injure: Callable[[Any], object]) -> None:
             holds(same(facts(second.view(arm, head)), facts(body.view(arm, head))), "two views of one posture")
     finally:
         second.close()
+
+
+def _undoes_alterations(body: Any) -> None:
+    arm, head = _targets(body, 1)[0]
+
+    def said() -> list[Any]:
+        return [body.fingerprint(), facts(body.view(arm, head)), facts(body.occluders)]
+
+    for name, arguments in _ALTERATIONS.items():
+        before = said()
+        try:
+            undo = getattr(body, name)(*arguments)
+        except ValueError:  # this body cannot have it
+            continue
+        with law("what is altered counts in the fingerprint", "hash the model as it is now") as holds:
+            holds(not same(body.fingerprint(), before[0]), "the same fingerprint after {}{}", name, arguments)
+        undo()
+        with law("what an alteration returns undoes it", "keep what it replaces, and put it back") as holds:
+            holds(same(said(), before), "another body after {}{} was undone", name, arguments)

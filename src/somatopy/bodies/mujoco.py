@@ -16,6 +16,7 @@ from annotated_types import Gt, Lt
 from numpy.typing import ArrayLike
 from typing_extensions import Doc
 
+from somatopy.bodies.alterations import Alterations
 from somatopy.bodies.anatomy import Anatomy, anatomy_path
 from somatopy.bodies.arm_track import Arm, ArmTrack, kept_track
 from somatopy.bodies.base import BodyError, Diverged
@@ -38,7 +39,7 @@ __all__ = ["Motion", "Mujoco", "MujocoBody", "OnHand", "Optics"]
 Motion = Literal["dynamic", "kinematic"]
 
 
-class MujocoBody:
+class MujocoBody(Alterations):
     """A robot simulated by MuJoCo, described by an MJCF and an anatomy file.
 
     Set-points move towards the targets at constant speed, as NAOqi's setAngles does. `dynamic`: the model's position

@@ -16,6 +16,7 @@ from somatopy.cli.study import carry_out
 from somatopy.experiment import Description, DescriptionError, paper
 from somatopy.experiment.changes import changed, damage_named
 from somatopy.experiment.presets import CONTROLS
+from somatopy.interventions import SUITE
 from somatopy.registry import LEARNERS
 from somatopy.studies.plan import Condition, Study, seeds_of
 
@@ -41,9 +42,9 @@ class CompareFlags(Flags):
     learners: Annotated[
         str, mark("A,B,...", "Kinds of learners, or names of controls such as frozen, separated by commas.", None)
     ] = "hebbian,random,fixed"
-    damages: Annotated[str, mark("A,B,...", "Damages as in --damage, separated by semicolons or commas.", None)] = (
-        "none,paper"
-    )
+    damages: Annotated[
+        str, mark("A,B,...", "Damages as in --damage, separated by semicolons or commas; all: one of each.", None)
+    ] = "none,paper"
     seeds: Annotated[int, mark("N", "How many seeds, from --seed up.", None)] = 5
     processes: Annotated[int | None, mark("N", "Processes of this machine; one a core if not given.", None)] = None
     ray: Annotated[str | None, mark("ADDRESS", "Run on the Ray cluster at this address.", None)] = None
@@ -84,6 +85,7 @@ def _damages(text: str) -> list[str]:
             found[-1] += f",{word}"
         else:
             found.append(word)
+    found = [name for word in found for name in (SUITE if word == "all" else [word])]
     for word in found:
         damage_named(word, "--damages")
     return found

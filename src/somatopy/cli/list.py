@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from textwrap import fill
+from typing import Any
 
 from somatopy.bodies import MODELS, Anatomy
 from somatopy.experiment import PRESETS, DescriptionError
 from somatopy.experiment.description import stands_for
 from somatopy.experiment.presets import CONTROLS
+from somatopy.interventions import SUITE
 from somatopy.registry import BABBLERS, BODIES, EYES, INTERVENTIONS, LEARNERS, MAPS, RULES, Kinds, UnknownKind
 
 __all__ = ["main"]
@@ -54,9 +56,16 @@ def _choices() -> Table:
         "damages": {
             "none": "The robot stays as it is.",
             **{name: text for name, text in done.items() if stands_for("damage", name)},
+            **{name: _settings_of(table) for name, table in SUITE.items() if name not in done},
         },
         "interventions": done,
     }
+
+
+def _settings_of(damage: Mapping[str, Any]) -> str:
+    """What a damage of the suite is: its kind and settings."""
+    settings = ", ".join(f"{key} = {value}" for key, value in damage.items() if key != "kind")
+    return f"The kind {damage['kind']} with {settings}."
 
 
 def _laid_out(table: Table) -> str:

@@ -41,7 +41,12 @@ class Flags:
     learner: Annotated[str | None, mark("KIND", "What moves the head.", None)] = None
     minutes: Annotated[float | None, mark("MINUTES", "Robot time of the first phase.", None)] = None
     damage_minutes: Annotated[float | None, mark("MINUTES", "Robot time of the damaged phase.", None)] = None
-    damage: Annotated[str | None, mark(_DAMAGES, "Damage of that phase; numbers in rad, one a joint.", None)] = None
+    damage: Annotated[
+        str | None, mark(_DAMAGES, "Damage of that phase, see somatopy list; numbers in rad, one a joint.", None)
+    ] = None
+    healed_minutes: Annotated[
+        float | None, mark("MINUTES", "Robot time of a last phase, in which the damage is undone.", None)
+    ] = None
     out: Annotated[Path | None, mark("FOLDER", _OUT, None)] = None
     json: Annotated[_Switch, mark(None, "Print one JSON object; all else goes to standard error.", None)] = False
     debug: Annotated[_Switch, mark(None, "Show tracebacks.", None)] = False

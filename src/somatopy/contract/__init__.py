@@ -15,6 +15,7 @@ from somatopy.contract.laws import (
     stored,
 )
 from somatopy.contract.parts import (
+    Alterable,
     Babbler,
     Body,
     Eye,
@@ -31,6 +32,7 @@ from somatopy.contract.parts import (
 )
 
 __all__ = [
+    "Alterable",
     "Babbler",
     "Body",
     "ContractError",

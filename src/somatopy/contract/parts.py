@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from somatopy.percept import Camera, Column, Floats, Image, JointGroup, Marker, Percept, Reading, Shapes, Sighting, View
 
 __all__ = [
+    "Alterable",
     "Babbler",
     "Body",
     "Eye",
@@ -123,6 +124,38 @@ class SharesArm(Protocol):
 
     def unshare_arm(self) -> None:
         """Move the arm by its own physics from the present frame on."""
+        ...
+
+
+@runtime_checkable
+class Alterable(Protocol):
+    """A body of which something can be changed for a while: injuries and growth are uses of it.
+
+    Each method returns what undoes it to the last bit, or raises a ValueError where this body cannot have it. What is
+    changed holds for the twin, for bodies that `another`
+    gives, and in the fingerprint, and it stays through `reset` and `restore`. Arrays that the body has given out, such
+    as the sizes of its occluders, change in place.
+    """
+
+    def turn_camera(self, tilt: float, roll: float) -> Callable[[], None]:
+        """Turn the eye's camera in the head.
+
+        Args:
+            tilt: about its axis to the right, rad: it looks further up.
+            roll: about its line of sight, rad: the top of the picture goes to the left as the camera sees it.
+        """
+        ...
+
+    def move_marker(self, by: float) -> Callable[[], None]:
+        """Move the marker along its axis, m; the hand seems longer, as with a tool in it."""
+        ...
+
+    def stretch_arm(self, factor: float) -> Callable[[], None]:
+        """Make the links between the arm's joints and up to the marker `factor` times as long; angles stay."""
+        ...
+
+    def pace_arm(self, factor: float) -> Callable[[], None]:
+        """Let the set-points of the arm move `factor` times as fast, within the joints' own limits."""
         ...
 
 

@@ -7,12 +7,16 @@ from typing import Any
 
 from somatopy.experiment.description import SHORT_FORMS, Description, DescriptionError, frames_of, stands_for, validated
 from somatopy.experiment.presets import CONTROLS
+from somatopy.interventions import SUITE
 from somatopy.registry import INTERVENTIONS
 
 __all__ = ["SHORT_WORDS", "changed", "damage_named", "flagged", "replace_short", "standing_for"]
 
 #: Words that stand for changes of more than one key, and are no dotted keys.
-SHORT_WORDS = ("eye", "motion", "learner", "minutes", "damage_minutes", "damage")
+SHORT_WORDS = ("eye", "motion", "learner", "minutes", "damage_minutes", "damage", "healed_minutes")
+
+#: Name of the phase in which the damage is undone.
+HEALED = "healed"
 
 
 def changed(
@@ -84,6 +88,8 @@ def flagged(short: Mapping[str, Any], description: Description, damage: str = "-
         table["phases"][0]["frames"] = frames_of(words["minutes"])
     if "damage_minutes" in words or "damage" in words:
         _damage_second(table["phases"], words, damage)
+    if "healed_minutes" in words:
+        _heal_last(table["phases"], frames_of(words["healed_minutes"]))
     return table
 
 
@@ -97,11 +103,18 @@ def _damage_second(phases: list[dict[str, Any]], words: Mapping[str, Any], damag
         replace_short(phases[1]["interventions"], "damage", damage_named(words["damage"], damage))
 
 
+def _heal_last(phases: list[dict[str, Any]], frames: int) -> None:
+    """Let a phase without damage come last: what was known before the damage, is it kept?"""
+    if phases[-1]["name"] != HEALED:
+        phases.append({"name": HEALED, "frames": 0})
+    phases[-1]["frames"] = frames
+
+
 def damage_named(text: Any, word: str) -> dict[str, Any] | None:
     """A damage from its short form; None if there is to be none.
 
     Args:
-        text: "none", "paper", "offset:A,B,C,D" in rad, a kind of intervention, or a table of its settings.
+        text: "none", "paper", "offset:A,B,C,D" in rad, a kind of intervention, one of `SUITE`, or a table of settings.
         word: what to call it in an error.
 
     Raises:
@@ -114,15 +127,17 @@ def damage_named(text: Any, word: str) -> dict[str, Any] | None:
         return None
     if text == "paper":
         return {"kind": "offset"}
+    if text in SUITE:
+        return dict(SUITE[text])
     if kind == "offset" and numbers:
         try:
             return {"kind": "offset", "offset": tuple(float(n) for n in numbers.split(","))}
         except ValueError as error:
             raise DescriptionError(f"{word} {text!r}: {error}. Write numbers, rad, one a joint.") from error
     if text == "offset" or (text not in INTERVENTIONS and not numbers):
-        others = ", ".join(name for name in INTERVENTIONS if name != "offset")
+        others = ", ".join(name for name in dict.fromkeys([*INTERVENTIONS, *SUITE]) if name != "offset")
         raise DescriptionError(
-            f"{word} {text!r} is unknown; choose none, paper or offset:a,b,c,d (rad, one a joint), another kind of "
+            f"{word} {text!r} is unknown; choose none, paper or offset:a,b,c,d (rad, one a joint), another damage or "
             f"intervention ({others}), or name one of your own by its place: my_package.my_file:MyDamage."
         )
     return {"kind": text}

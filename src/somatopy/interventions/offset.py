@@ -6,15 +6,16 @@ from dataclasses import dataclass, replace
 from typing import Annotated, Literal
 
 import numpy as np
-from annotated_types import Len
+from annotated_types import Ge, Len
 from numpy.typing import ArrayLike
 from typing_extensions import Doc
 
 from somatopy.interventions.base import NoIntervention
+from somatopy.interventions.joints import drawn
 from somatopy.percept import Floats, JointGroup, Percept
-from somatopy.registry import BuildContext, Finite, Settings
+from somatopy.registry import BuildContext, Finite, Positive, Settings
 
-__all__ = ["PAPER_OFFSET", "JointOffset", "Offset", "paper_offset"]
+__all__ = ["PAPER_OFFSET", "JointOffset", "Offset", "RandomOffset", "paper_offset"]
 
 #: The shift of the paper's arm (ShoulderPitch, ShoulderRoll, ElbowYaw, ElbowRoll), rad.
 PAPER_OFFSET = (0.1265, 1.1411, 1.2295, -0.2242)
@@ -109,3 +110,26 @@ def _told(arm: JointGroup, offset: Floats) -> str:
         "The paper's damage is that of a NAO's arm. Here each joint is felt shifted by the same share of its range: "
         f"{shifts}."
     )
+
+
+@dataclass(frozen=True)
+class RandomOffset(Settings):
+    """A constant in a random direction, added to the sensed arm posture and to the efference copy of its command.
+
+    Severity: the norm; that of the paper's offset is 1.7 rad. All information is kept.
+
+    Example:
+        >>> from types import SimpleNamespace
+        >>> arm, zero = JointGroup(("a", "b"), -np.ones(2), np.ones(2), np.ones(2)), np.zeros(2)
+        >>> damage = RandomOffset(norm=0.5).build(SimpleNamespace(arm=arm, description=SimpleNamespace(seed=0)))
+        >>> felt = damage.sense(Percept(0.0, zero, zero, zero, zero), np.random.default_rng())
+        >>> round(float(np.linalg.norm(felt.arm)), 9), bool((felt.arm == felt.arm_command).all())
+        (0.5, True)
+    """
+
+    norm: Annotated[Positive, Doc("Euclidean length of the offset, rad; a slide's whole range counts as 1 rad.")] = 0.8
+    draw: Annotated[int, Ge(0), Doc("Which direction: another number, another one; the same for each learner.")] = 0
+
+    def build(self, context: BuildContext) -> JointOffset:
+        """The damage, from the experiment's seed and the draw alone."""
+        return JointOffset(drawn(context.arm, self.norm, context.description.seed, self.draw))

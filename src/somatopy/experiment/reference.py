@@ -1,0 +1,122 @@
+"""What was possible without the information that a damage takes away: a gaze that knows the robot, but not the arm.
+
+The ceiling asks whether any head posture sees the hand. That is too much to ask where a joint is dead or its encoder
+noisy: nobody can know where the hand is then. The reference is an oracle without memory. It knows the robot, and which
+arm postures babbling may have led to, and looks where the hand is seen in most of those that feel the same:
+
+    g(s) = argmax_g P(g sees the hand | s),  rate = E_s P(g(s) sees the hand | s),
+
+s being what is felt of the arm. A learner may come above it, by memory or by the efference copy of the command.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial import cKDTree
+
+from somatopy.percept import Floats
+
+__all__ = ["Alike", "blurred", "memoryless", "unfelt"]
+
+#: Arm postures (k, n_arm), rad, that feel as one arm posture does, (n_arm,), rad: drawn from what babbling makes of it.
+Alike = Callable[[Floats], Floats]
+_COUNT = 64
+
+
+class Sees(Protocol):
+    """Which of many head postures see the hand at an arm posture, such as `somatopy.experiment.ceiling.Vantages`."""
+
+    def seeing(self, arm: Floats) -> NDArray[np.bool_]:
+        """Whether each sees it, shape (m,)."""
+        ...
+
+
+def memoryless(vantages: Sees, arms: ArrayLike, alike: Alike) -> NDArray[np.bool_]:
+    """Whether the oracle sees the hand: the reference is the mean.
+
+    The gaze is chosen by postures that feel alike, not by the true one, which alone decides whether it hits. So few of
+    them make the estimate too low, never too high.
+
+    Args:
+        vantages: the head postures to choose from.
+        arms: true arm postures, shape (n, n_arm), rad.
+        alike: gives postures that feel as a true one does; `unfelt` and `blurred` make such functions.
+
+    Returns:
+        Shape (n,).
+
+    Example:
+        >>> class Ahead:  # two gazes: one sees the hand on the left, one on the right
+        ...     def seeing(self, arm): return np.array([arm[0] < 0, arm[0] >= 0])
+        >>> arms = np.array([[-1.0], [1.0], [2.0]])
+        >>> memoryless(Ahead(), arms, lambda arm: arms).tolist()
+        [False, True, True]
+    """
+    hits = []
+    for arm in np.asarray(arms, float):
+        counts = np.sum([vantages.seeing(other) for other in alike(arm)], axis=0)
+        hits.append(bool(vantages.seeing(arm)[counts.argmax()]))
+    return np.array(hits, np.bool_)
+
+
+def unfelt(joints: Sequence[int], babbled: ArrayLike, count: int = _COUNT) -> Alike:
+    """Postures that feel alike where joints are dead: others have the angles that babbling has there.
+
+    What is felt stays as it is. The dead joints' angles are those of the `count` babbled postures that are nearest in
+    what is felt, each joint measured by its spread.
+
+    Args:
+        joints: places of the dead joints in the arm's vector.
+        babbled: arm postures from babbling, shape (m, n_arm), rad.
+        count: how many postures to give.
+
+    Example:
+        >>> alike = unfelt([1], [[0.0, 1.0], [0.1, 2.0], [5.0, 9.0]], count=2)
+        >>> alike(np.array([0.0, 7.0])).tolist()
+        [[0.0, 1.0], [0.0, 2.0]]
+    """
+    known = np.array(babbled, float)
+    felt = np.setdiff1d(np.arange(known.shape[1]), joints)
+    spread = np.maximum(known.std(axis=0), 1e-12)[felt]
+    count = min(count, len(known))
+    tree = cKDTree(known[:, felt] / spread) if len(felt) else None
+
+    def alike(arm: Floats) -> Floats:
+        near = np.arange(count) if tree is None else np.atleast_1d(tree.query(arm[felt] / spread, count)[1])
+        found = np.tile(arm, (count, 1))
+        found[:, joints] = known[near][:, joints]
+        return found
+
+    return alike
+
+
+def blurred(deviation: ArrayLike, babbled: ArrayLike, rng: np.random.Generator, count: int = _COUNT) -> Alike:
+    """Postures that feel alike where the encoders are noisy: what may have been felt, less what noise may have added.
+
+    Of these the ones beyond what was babbled are left out; all of them being beyond, what is felt counts, taken inside.
+
+    Args:
+        deviation: standard deviation of the noise, shape (n_arm,), or one for all, rad.
+        babbled: arm postures from babbling, shape (m, n_arm), rad.
+        rng: random numbers for the noise.
+        count: how many postures to draw.
+
+    Example:
+        >>> alike = blurred(0.0, [[0.0, 1.0], [1.0, 2.0]], np.random.default_rng(0), count=2)
+        >>> alike(np.array([0.5, 1.5])).tolist()
+        [[0.5, 1.5], [0.5, 1.5]]
+    """
+    known, spread = np.array(babbled, float), np.asarray(deviation, float)
+    low, high = known.min(axis=0), known.max(axis=0)
+
+    def alike(arm: Floats) -> Floats:
+        felt = arm + spread * rng.normal(size=arm.shape)
+        drawn = felt - spread * rng.normal(size=(count, *arm.shape))
+        inside = ((low <= drawn) & (drawn <= high)).all(axis=1)
+        return np.asarray(drawn[inside] if inside.any() else np.clip(felt, low, high)[None])
+
+    return alike
