@@ -104,7 +104,7 @@ def page() -> str:
             CONFIRMED.format(table=confirmed(result), n=len(result.values(MAIN, "rate")), claims=claims(result))
         )
         if (RENDERED / "study.toml").exists() and (pictures := load_study(RENDERED)).conditions:
-            parts.append(IN_PICTURES.format(table=differences(result, pictures)))
+            parts.append(IN_PICTURES.format(**differences(result, pictures)))
     return "\n".join(parts)
 
 
@@ -206,16 +206,25 @@ def confirmed(result: StudyResult) -> str:
     return "\n".join(rows)
 
 
-def differences(geometric: StudyResult, rendered: StudyResult) -> str:
-    """Rendered less geometric on equal seeds."""
+def differences(geometric: StudyResult, rendered: StudyResult) -> dict[str, str]:
+    """Rendered less geometric on equal seeds: the table, and what it means for the search."""
     (name,) = rendered.conditions
     rows = ["| landmark | rendered less geometric | 95 % interval | p |", "|---|---|---|---|"]
+    apart = []
     for mark in LANDMARKS:
         found = paired(mark.value(rendered, name), mark.value(geometric, MAIN))
         one = found.interval
+        if one.low > 0 or one.high < 0:
+            apart.append(mark.name)
         p = "" if found.p is None else f"{found.p:.2g}"
-        rows.append(f"| {mark.name} | {one.mean:+.4g} | {one.low:+.4g} to {one.high:+.4g} | {p} |")
-    return "\n".join(rows)
+        rows.append(f"| {mark.name} | {one.mean:+.2g} | {one.low:+.2g} to {one.high:+.2g} | {p} |")
+    said = (
+        f"These differ by more than chance: {', '.join(apart)}. Their targets would have to be shifted by as much, and "
+        "the search repeated."
+        if apart
+        else "None differs by more than chance. So no target was shifted, and no second search was needed."
+    )
+    return {"table": "\n".join(rows), "said": said}
 
 
 HEAD = """# How the experiment was calibrated
@@ -295,6 +304,8 @@ IN_PICTURES = """
 The same seeds with rendered pictures and the real detector, less the geometric eye:
 
 {table}
+
+{said}
 """
 
 

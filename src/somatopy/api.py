@@ -5,6 +5,7 @@ from __future__ import annotations
 import shlex
 import shutil
 import signal
+import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
@@ -206,6 +207,9 @@ def play(
         Interrupted: somebody stopped it; a checkpoint has been written.
     """
     session.share_arm()
+    if progress:
+        for remark in session.remarks:
+            print(remark, file=sys.stderr)
     bar, named = ProgressBar(session) if progress else nullcontext(), Path(whole or folder.path)
     try:
         with _stoppable() as stopped, folder.recording(session, since, maps=maps), bar:

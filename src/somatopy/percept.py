@@ -50,35 +50,48 @@ class Space:
         names: one name a value, such as those of the joints.
         lower: lower limits, shape (n,).
         upper: upper limits, shape (n,), each above its lower one.
-        unit: unit of the values and limits.
+        units: unit of each value and its limits: "rad" of a hinge, "m" of a slide. A space is made with one `unit` for
+            all values, or with a sequence of one for each.
 
     Raises:
-        ValueError: numbers of names and limits differ, or a lower limit is not below its upper one.
+        ValueError: numbers of names, limits and units differ, or a lower limit is not below its upper one.
 
     Example:
         >>> head = Space(("yaw", "pitch"), [-2.0, -0.6], [2.0, 0.5])
         >>> len(head), head.unit, head.limits.tolist()
         (2, 'rad', [[-2.0, 2.0], [-0.6, 0.5]])
+        >>> Space(("yaw", "lift"), [-2.0, 0.0], [2.0, 0.1], unit=("rad", "m")).units
+        ('rad', 'm')
     """
 
     names: tuple[str, ...]
     lower: Floats
     upper: Floats
-    unit: str = "rad"
+    units: tuple[str, ...]
 
-    def __init__(self, names: Sequence[str], lower: ArrayLike, upper: ArrayLike, unit: str = "rad") -> None:
+    def __init__(
+        self, names: Sequence[str], lower: ArrayLike, upper: ArrayLike, unit: str | Sequence[str] = "rad"
+    ) -> None:
         low, high = np.array(lower, float), np.array(upper, float)
         if not low.shape == high.shape == (len(names),) or not (low < high).all():
             raise ValueError(
                 f"A space needs a lower limit below an upper one for each of its names {list(names)}; "
                 f"got {low.tolist()} and {high.tolist()}."
             )
+        units = (unit,) * len(names) if isinstance(unit, str) else tuple(unit)
+        if len(units) != len(names):
+            raise ValueError(f"A space needs a unit for each of its names {list(names)}; got {list(units)}.")
         low.flags.writeable = high.flags.writeable = False
-        for name, value in (("names", tuple(names)), ("lower", low), ("upper", high), ("unit", unit)):
+        for name, value in (("names", tuple(names)), ("lower", low), ("upper", high), ("units", units)):
             object.__setattr__(self, name, value)
 
     def __len__(self) -> int:
         return len(self.names)
+
+    @property
+    def unit(self) -> str:
+        """The unit that all values share; "" where they have several."""
+        return self.units[0] if len(set(self.units)) == 1 else ""
 
     @property
     def limits(self) -> Floats:
@@ -142,15 +155,21 @@ class JointGroup:
 
     Attributes:
         names: one name a joint.
-        lower: lower position limits, shape (n,), rad.
-        upper: upper position limits, shape (n,), rad.
-        velocity: velocity limits, shape (n,), rad/s.
+        lower: lower position limits, shape (n,), in the joint's unit.
+        upper: upper position limits, shape (n,), likewise.
+        velocity: velocity limits, shape (n,), a second.
+        units: one a joint: "rad" of a hinge, "m" of a slide; all "rad" if none are given.
     """
 
     names: tuple[str, ...]
     lower: Floats
     upper: Floats
     velocity: Floats
+    units: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not self.units:
+            object.__setattr__(self, "units", ("rad",) * len(self.names))
 
     def __len__(self) -> int:
         return len(self.names)
@@ -158,34 +177,44 @@ class JointGroup:
     @property
     def space(self) -> Space:
         """The group's postures, as a learner is told of them."""
-        return Space(self.names, self.lower, self.upper)
+        return Space(self.names, self.lower, self.upper, self.units)
 
 
 @dataclass(frozen=True)
 class Camera:
-    """A pinhole camera without distortion; the principal point is the image centre.
+    """A pinhole camera without distortion.
 
     Attributes:
         name: the camera's name in the body's model.
         width: image width, px.
         height: image height, px.
         fovy: vertical field of view, rad.
+        intrinsics: focal lengths along u and v, and pixel (u, v) of the optical axis, px. Where None, both focal
+            lengths are what `fovy` says, and the axis meets the middle of the image.
     """
 
     name: str
     width: int
     height: int
     fovy: float
+    intrinsics: tuple[float, float, float, float] | None = None
 
     @property
     def focal(self) -> float:
-        """Focal length in pixels, the same along both axes."""
-        return 0.5 * self.height / float(np.tan(0.5 * self.fovy))
+        """Focal length along v, px; along u it may be another one, see `focals`."""
+        return self.focals[1]
+
+    @property
+    def focals(self) -> tuple[float, float]:
+        """Focal lengths along u and v, px."""
+        focal = 0.5 * self.height / float(np.tan(0.5 * self.fovy))
+        return self.intrinsics[:2] if self.intrinsics else (focal, focal)
 
     @property
     def centre(self) -> tuple[float, float]:
-        """Pixel (u, v) of the optical axis: (159.5, 119.5) at 320 x 240."""
-        return 0.5 * (self.width - 1), 0.5 * (self.height - 1)
+        """Pixel (u, v) of the optical axis: (159.5, 119.5) at 320 x 240 without intrinsics."""
+        middle = 0.5 * (self.width - 1), 0.5 * (self.height - 1)
+        return self.intrinsics[2:] if self.intrinsics else middle
 
 
 @dataclass(frozen=True)

@@ -71,3 +71,11 @@ def test_ways_are_not_shown_as_angles(make_run: Any, vector_columns: Any) -> Non
 def test_runs_without_arm_postures_have_no_regions(make_run: Any) -> None:
     """Nothing recorded, no region."""
     assert arm_regions(make_run([True])) == {}
+
+
+def test_an_arm_of_one_joint_has_regions_too(make_run: Any, vector_columns: Any) -> None:
+    """Along that joint every frame and every miss is counted once."""
+    angle = np.linspace(0.0, 1.0, 200)
+    hits = angle > 0.5
+    regions = arm_regions(make_run(hits, distances=vector_columns("arm", "a", angle[:, None], unit="m")), cells=4)[0]
+    assert regions.along(0).tolist() == [1.0, 1.0, 0.0, 0.0] and regions.axis(0) == "a (m)"

@@ -105,6 +105,56 @@ def test_coupling_that_lets_nothing_pass_is_refused(robot: Robot, coupled: Chang
         MujocoBody(path)
 
 
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (("[camera]", "[add]\nfreeze = 'all'\n\n[camera]"), r"add.freeze.*'rest'"),
+        (("[camera]", "[add]\nfreeze = ['swing']\n\n[camera]"), r"add.freeze names \['swing'\], which arm or head"),
+        (("[camera]", "[add.camera]\nfovy = 50\n\n[camera]"), r"add: .*the camera has no place: say body = "),
+        (
+            ("[camera]", "[add.neck]\nbody = 'post'\njoints = ['nod']\nlimits = [[-1, 1]]\n\n[camera]"),
+            r"name them in \[head\]",
+        ),
+        (
+            ("[camera]", "[add.neck]\nbody = 'post'\njoints = ['tilt']\nlimits = [[1, -1]]\n\n[camera]"),
+            r"low must be under",
+        ),
+        (
+            ("[camera]", "[add.camera]\nbody = 'post'\nforward = [0, 0, 1]\n\n[camera]"),
+            r"add.camera: .*forward \[0.0, 0.0, 1.0\] and up \[0.0, 0.0, 1.0\] must be two directions",
+        ),
+        (("[camera]", "[add.servos]\nlift = { kp = 0, kv = 1 }\n\n[camera]"), r"add.servos.lift.kp: .*greater than 0"),
+        (("[camera]", "[add.servos]\nlift = { kp = 1 }\n\n[camera]"), r"add.servos.lift.kv: Field required"),
+        (("velocity = [2.0, 3.0]", "limits = [[-1, 1]]"), r"limits needs one \[low, high\] for each of .*, not 1"),
+        (('name = "Crane"', 'name = "Crane"\nposture = { lift = "up" }'), r"posture.lift: .*valid number"),
+    ],
+)
+def test_misfit_in_what_is_added_is_named(robot: Robot, change: Change, message: str) -> None:
+    """The same for posture, limits and all of [add]."""
+    with pytest.raises(BodyError, match=message):
+        Anatomy.load(robot(anatomy=change))
+
+
+def test_model_is_found_in_a_package_that_is_not_imported(
+    robot: Robot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Packages of robots import whole simulators, or refuse to."""
+    folder = tmp_path / "cranes_for_tests" / "assets"
+    folder.mkdir(parents=True)
+    (folder.parent / "__init__.py").write_text("raise RuntimeError('imported')")
+    path = robot(anatomy=('model = "crane.xml"', 'model = "assets/crane.xml"\npackage = "cranes_for_tests"'))
+    path.with_suffix(".xml").rename(folder / "crane.xml")
+    with pytest.raises(BodyError, match=r"'cranes_for_tests', which is not installed.*`pip install cranes-for-tests`"):
+        Anatomy.load(path)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    assert Anatomy.load(path).model == folder / "crane.xml"
+    path.write_text(path.read_text().replace('"cranes_for_tests"', '"cranes_for_tests.assets"').replace("assets/", ""))
+    assert Anatomy.load(path).model == folder / "crane.xml"
+    (folder / "crane.xml").unlink()
+    with pytest.raises(BodyError, match=r"cranes_for_tests.assets.crane.xml does not exist"):
+        MujocoBody(path)
+
+
 @pytest.mark.parametrize("content", [None, b"\xff\xfe\x00"], ids=["missing", "no text"])
 def test_unreadable_anatomy_is_named(tmp_path: Path, content: bytes | None) -> None:
     """A missing file and a binary one give a message, not a traceback of the parser."""

@@ -9,6 +9,8 @@ import pytest
 from somatopy.bodies import MujocoBody
 from somatopy.bodies.marker import SITE
 from somatopy.bodies.occluders import Occluders
+from somatopy.bodies.rendering import Renderer
+from somatopy.percept import Floats
 
 MJCF = f"""
 <mujoco>
@@ -72,3 +74,44 @@ def test_naos_occluders_are_what_its_camera_can_see() -> None:
     drawn = [k for k in range(body.model.ngeom) if body.model.geom_group[k] < 3 and body.model.geom_type[k] != 0]
     assert len(body.occluders.kinds) == len(drawn) - 1
     assert body.view(body.arm.lower, body.head.upper).occluders.shape == (len(drawn) - 1, 12)
+
+
+PANE = """
+<mujoco>
+  <asset>
+    <material name="solid" rgba="1 0 0 1"/><material name="thin" rgba="1 0 0 .3"/><material name="none" rgba="1 0 0 0"/>
+  </asset>
+  <worldbody>
+    <light pos="0 0 2"/>
+    <camera name="above" pos="0 0 1" fovy="40"/>
+    <geom name="{site}" type="box" size=".1 .1 .1"/>
+    <geom name="pane" type="box" size=".3 .3 .01" pos="0 0 .5" {looks}/>
+  </worldbody>
+</mujoco>"""
+LOOKS = [
+    *('rgba="1 1 1 1"', 'rgba="1 1 1 .9"', 'rgba="0 0 0 .3"', 'rgba="0 0 0 0"', 'material="solid"', 'material="thin"'),
+    *('material="none" rgba="1 1 1 1"', 'material="solid" rgba="1 1 1 0"', 'material="thin" rgba="1 1 1 1"'),
+    *('material="solid" rgba=".5 .5 .5 1"', 'material="none"', 'rgba=".5 .5 .5 .2"'),
+]
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize("looks", LOOKS)
+def test_what_hides_things_in_the_picture_is_what_counts(looks: str) -> None:
+    """A shape's own colour comes before its material's; half of what stands behind must get through to be read."""
+
+    def centre(scene: str) -> Floats:
+        model = mujoco.MjModel.from_xml_string(scene)
+        data = mujoco.MjData(model)
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_camlight(model, data)
+        renderer = Renderer(model, "above", 16, 16)
+        drawn = renderer.render(data)[8, 8].astype(float)
+        renderer.close()
+        return drawn
+
+    scene = PANE.format(site=SITE, looks=looks)
+    dark, light = (scene.replace('size=".1 .1 .1"', f'size=".1 .1 .1" rgba="{c} {c} {c} 1"') for c in (0, 1))
+    through = np.abs(centre(light) - centre(dark)).max() / 255
+    hides = len(Occluders(mujoco.MjModel.from_xml_string(scene)).geoms) == 1
+    assert hides == (through < 0.3)

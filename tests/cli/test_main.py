@@ -80,6 +80,8 @@ def test_every_verb_has_help_with_an_example(verb: str, capsys: pytest.CaptureFi
         assert "--babbling.speed" in out and "--learner.arm-map.shape" in out and "--damage-minutes" in out
     elif verb == "study":
         assert "FILE" in out and "--dry-run" in out and "--babbling.speed" not in out
+    elif verb == "check-body":
+        assert "MODEL" in out and "--propose" in out and "--picture" in out
     elif verb != "list":
         assert "RUN" in out and "runs/" in out and "--babbling.speed" not in out
 

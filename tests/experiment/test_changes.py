@@ -50,7 +50,9 @@ def test_entries_of_lists_are_set() -> None:
     """Counted from 0, of lists and of what the description keeps as tuples."""
     found = changed(paper(), {"learner.arm_map.shape.1": 5, "phases.1.trend_breaks.0": 3})
     assert found.learner.arm_map.shape == (30, 5) and found.phases[1].trend_breaks == (3,)
-    offset = changed(paper(), {"phases.1.interventions.0.offset.2": 0.5}).phases[1].interventions[0].offset
+    place = "phases.1.interventions.0.offset"
+    shifted = changed(paper(), {place: (0.1265, 1.1411, 1.2295, -0.2242)})
+    offset = changed(shifted, {f"{place}.2": 0.5}).phases[1].interventions[0].offset
     assert offset == (0.1265, 1.1411, 0.5, -0.2242)
 
 

@@ -12,7 +12,7 @@ import pytest
 from somatopy.analysis.runs import Run
 from somatopy.bodies import MujocoBody
 from somatopy.contract import Stage
-from somatopy.experiment import Description, DescriptionError, RunFolder, Session
+from somatopy.experiment import Description, DescriptionError, RunFolder, Session, session
 from somatopy.experiment.evaluate import evaluate
 from somatopy.experiment.run_folder import CHECKPOINT
 from somatopy.interventions import NoIntervention
@@ -201,8 +201,12 @@ def test_an_injured_body_is_judged_injured(run_short: RunShort) -> None:
     assert hurt["damage"].endswith("TornOff")
 
 
-def test_postures_come_from_the_babbling_range(run_short: RunShort) -> None:
-    """In a range where the hand hangs behind the robot nothing is reachable: the efficiency is unknown, not 0 or 1."""
+def test_postures_come_from_the_babbling_range(run_short: RunShort, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In a range where the hand hangs behind the robot nothing is reachable: the efficiency is unknown, not 0 or 1.
+
+    A session refuses such a range, were it not for the patch.
+    """
+    monkeypatch.setattr(session, "require_sight", lambda *_: None)
     behind = {"range": [[1.9, 2.0], [1.2, 1.3], [-0.1, 0.1], [-0.1, -0.04]]}
     result = evaluate(run_short(babbling=behind, learner=AHEAD, phases=[{"frames": 3}]).path, 50)
     assert (result["rate"], result["reachable"], result["efficiency"]) == (0.0, 0.0, None)

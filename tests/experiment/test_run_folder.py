@@ -595,7 +595,7 @@ def test_an_edited_description_is_refused(short: Short, tmp_path: Path) -> None:
         ("seed = 3", "seed = 4", ["seed"]),
         ("elasticity", "learning_rate = 0.3 #", ["learner.arm_map.learning_rate", "learner.head_map.learning_rate"]),
         ("frames = 100", "frames = 101", ["phases.1.frames"]),
-        ("    1.1411,", "    1.2,", ["phases.1.interventions.0.offset"]),
+        ('offset = "paper"', "offset = [0.1, 0.2, 0.3, 0.4]", ["phases.1.interventions.0.offset"]),
         ('kind = "hebbian"', 'kind = "hebbian"\nlink_rate = 0.5 #', ["learner.link_rate"]),
     ):
         if before == "elasticity":

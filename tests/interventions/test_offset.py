@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from contextlib import closing
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from somatopy.bodies import MujocoBody
 from somatopy.interventions import PAPER_OFFSET, Intervention, JointOffset
+from somatopy.interventions.offset import NAO_LIMITS, paper_offset
 from somatopy.percept import JointGroup, Percept, Sighting
 from somatopy.registry import INTERVENTIONS
 
@@ -71,11 +74,36 @@ def test_an_offset_is_constant() -> None:
 
 
 def test_without_settings_it_is_the_papers() -> None:
-    """The shift that the paper prints, joint by joint."""
-    settings = INTERVENTIONS.validated("offset")
-    sensed = settings.build(SimpleNamespace(arm=ARM)).sense(PERCEPT, np.random.default_rng())
-    assert np.array_equal(sensed.arm - PERCEPT.arm, PERCEPT.arm + OFFSET - PERCEPT.arm)
-    assert np.array_equal(OFFSET, PAPER_OFFSET)
+    """The shift that the paper prints, joint by joint, to the last bit, and nothing to remark on."""
+    with closing(MujocoBody("nao", motion="kinematic")) as nao:
+        damage = INTERVENTIONS.validated("offset").build(SimpleNamespace(arm=nao.arm))
+    sensed = damage.sense(PERCEPT, np.random.default_rng())
+    assert np.array_equal(sensed.arm, PERCEPT.arm + OFFSET)
+    assert np.array_equal(OFFSET, PAPER_OFFSET) and damage.remark == ""
+
+
+def test_the_papers_shift_of_another_arm_is_the_same_share_of_each_range() -> None:
+    """By the ranges that NAO's maker prints, again from the first on behind the fourth joint; the units count not."""
+    spans = np.array([2 * 2.0857, 1.3265 + 0.3142, 2 * 2.0857, 1.5446 - 0.0349])
+    names, low = tuple("abcdefg"), np.array([-1.0, 0.0, -0.5, 2.0, 0.0, -3.0, 0.1])
+    span = np.array([1.0, 0.1, 2.0, 0.5, 3.0, 6.0, 0.2])
+    units = ("rad", "m", "rad", "rad", "rad", "rad", "m")
+    for n in (1, 2, 4, 7):
+        arm = JointGroup(names[:n], low[:n], (low + span)[:n], np.ones(n), units[:n])
+        shares = [(OFFSET / spans)[k % 4] for k in range(n)]
+        assert np.allclose(paper_offset(arm), shares * span[:n], rtol=1e-12)
+        damage = INTERVENTIONS.validated("offset").build(SimpleNamespace(arm=arm))
+        zero = np.zeros(n)
+        assert np.array_equal(
+            damage.sense(Percept(0.0, zero, zero, zero, zero), np.random.default_rng()).arm, paper_offset(arm)
+        )
+        assert damage.remark.count(" rad") + damage.remark.count(" m") == n and "a +0.03033 rad" in damage.remark
+
+
+def test_four_slides_are_no_nao() -> None:
+    """Limits of the same numbers in metres are another arm's, and said to be."""
+    arm = JointGroup(tuple("abcd"), *np.transpose(NAO_LIMITS), np.ones(4), ("m",) * 4)
+    assert "a +0.1265 m" in INTERVENTIONS.validated("offset").build(SimpleNamespace(arm=arm)).remark
 
 
 def test_the_shift_of_the_settings_is_applied() -> None:
@@ -90,7 +118,8 @@ def test_the_shift_of_the_settings_is_applied() -> None:
 def test_an_offset_of_another_length_than_the_arm_is_refused(offset: list[float]) -> None:
     """Both numbers and the joints are named."""
     settings = INTERVENTIONS.validated({"kind": "offset", "offset": offset})
-    with pytest.raises(ValueError, match=rf"{len(offset)} offsets; the arm has 4 joints: a, b, c, d"):
+    mend = r'Write one for each, such as offset = \[0.1, 0.1, 0.1, 0.1\], or offset = "paper"'
+    with pytest.raises(ValueError, match=rf"{len(offset)} offsets; the arm has 4 joints: a, b, c, d. {mend}"):
         settings.build(SimpleNamespace(arm=ARM))
 
 

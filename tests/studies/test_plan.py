@@ -91,3 +91,20 @@ def test_a_first_seed_that_is_none(seed: Any) -> None:
     with pytest.raises(DescriptionError) as caught:
         seeds_of(2, seed)
     assert str(caught.value) == f"seed = {seed!r}, the first seed, must be a whole number from 0 up."
+
+
+def test_the_papers_damage_by_word_and_by_number_is_one_cell_on_the_nao_alone(described: Callable[..., Any]) -> None:
+    """Cells that ran before the word was there keep their digest; on another robot the word means other numbers."""
+    numbers = described(damage={"kind": "offset", "offset": (0.1265, 1.1411, 1.2295, -0.2242)})
+    word, other = described(damage="paper"), described(damage={"kind": "offset", "offset": (0.1, 1.0, 1.0, -0.2)})
+    assert Cell("", {}, word).description == Cell("", {}, numbers).description != Cell("", {}, other).description
+    elsewhere = [one.replaced(body=one.body.replaced(model="crane.toml")) for one in (word, numbers)]
+    assert len({Cell("", {}, one).description for one in elsewhere}) == 2
+
+
+def test_numbers_that_the_arm_cannot_have_are_refused_before_any_cell(described: Callable[..., Any]) -> None:
+    """The condition, the key, both numbers and the joints are named."""
+    wrong = described(damage={"kind": "offset", "offset": (0.1, 0.2, 0.3)})
+    said = r"The condition 'short': phases.1.interventions.0.offset: 3 offsets; the arm has 4 joints: LShoulderPitch, "
+    with pytest.raises(DescriptionError, match=said):
+        Study("any", (Condition("short", wrong, (0,)),))

@@ -9,6 +9,7 @@ import numpy as np
 
 from somatopy.analysis.cells import StudyResult, load_study
 from somatopy.analysis.comparison import courses
+from somatopy.analysis.described import on_papers_robot
 from somatopy.analysis.runs import Run
 from somatopy.analysis.verdicts import Judged, judge_over_seeds
 from somatopy.percept import Floats
@@ -48,8 +49,8 @@ def spread_of(run: Run) -> Spread | None:
 
 
 def verdicts_of(run: Run) -> list[Judged]:
-    """What the seeds of a run's band say to the paper's claims; empty where it has none."""
-    result = _opened(run)
+    """What the seeds of a run's band say to the paper's claims; empty where it has none, or of another robot."""
+    result = _opened(run) if on_papers_robot(run) else None
     return judge_over_seeds(result, result.conditions[0]) if result is not None else []
 
 

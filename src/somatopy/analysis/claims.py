@@ -68,12 +68,15 @@ class Claim:
     shares_of: str = ""
 
 
-def judge(summary: Summary, units: Mapping[str, str] | None = None) -> list[tuple[Claim, Finding]]:
+def judge(
+    summary: Summary, units: Mapping[str, str] | None = None, papers_robot: bool = True
+) -> list[tuple[Claim, Finding]]:
     """Every claim of the paper with what the run says to it.
 
     Args:
         summary: of the run.
         units: unit of each map's distances, see `distance_units`; [0, 1] units if None.
+        papers_robot: whether the run is one of the paper's robot, see `on_papers_robot`; of another, nothing is said.
 
     Example:
         >>> phase = {"damage": "none", "frames": 0, "hits_per_window": [], "rate": None, "trends": [None],
@@ -81,6 +84,8 @@ def judge(summary: Summary, units: Mapping[str, str] | None = None) -> list[tupl
         >>> {finding.verdict for _, finding in judge({"phases": [phase]})}
         {'cannot tell'}
     """
+    if not papers_robot:
+        return [(claim, _unknown("another robot than the paper's NAO")) for claim in CLAIMS]
     return [(claim, _in_its_unit(claim, claim.decide(summary), units or {})) for claim in CLAIMS]
 
 

@@ -8,10 +8,10 @@ from typing import Any
 
 from somatopy.analysis.runs import Run, RunFolderError
 
-__all__ = ["PROVENANCE", "kind_of", "leaves", "phases_of", "setting", "written_by"]
+__all__ = ["PROVENANCE", "kind_of", "leaves", "on_papers_robot", "phases_of", "remarks_of", "setting", "written_by"]
 
-#: Keys of experiment.toml that say who wrote it and what to cite, and not what was run.
-PROVENANCE = ("cite", "format", "resumed", "versions", "written_by")
+#: Keys of experiment.toml that say who wrote it, what to cite and what to know, and not what was run.
+PROVENANCE = ("cite", "format", "remarks", "resumed", "versions", "written_by")
 
 
 def setting(run: Run, *keys: str) -> Any:
@@ -39,6 +39,18 @@ def kind_of(run: Run, part: str) -> str:
     if not isinstance(kind, str):
         raise _wrong(run, f"{part}.kind = {kind!r}", "a text")
     return kind
+
+
+def on_papers_robot(run: Run) -> bool:
+    """Whether a run is one of the simulated NAO, so that it can stand beside the paper's numbers: see its body."""
+    body = run.description.get("body")
+    return isinstance(body, dict) and body.get("kind") == "mujoco" and body.get("model", "nao") == "nao"
+
+
+def remarks_of(run: Run) -> list[str]:
+    """What interventions remarked on before the first frame, such as what stands for the paper's damage."""
+    remarks = run.description.get("remarks", [])
+    return [str(remark) for remark in remarks] if isinstance(remarks, list) else []
 
 
 def phases_of(run: Run) -> list[dict[str, Any]]:

@@ -22,12 +22,13 @@ FEW = 2 * FRAMES_PER_SECOND
 
 @dataclass(frozen=True)
 class Regions:
-    """Frames and misses of one phase in cells over every pair of arm joints.
+    """Frames and misses of one phase in cells over every pair of arm joints; over the joint where there is only one.
 
     Attributes:
         joints: names of the arm joints.
         edges: borders of the cells along each joint, shape (n_arm, cells + 1), in its unit; the same for all phases.
-        frames: per pair (a, b) with a < b, shape (cells along a, cells along b).
+        frames: per pair (a, b) with a < b, shape (cells along a, cells along b); of a single joint for the pair (0, 0),
+            of which only the diagonal counts.
         misses: likewise.
         units: unit of each joint's values in `edges`; angles have "rad".
 
@@ -61,8 +62,8 @@ class Regions:
 
     def along(self, joint: int) -> Floats:
         """The same over one joint, whatever the others do, shape (cells,)."""
-        other = 1 if joint == 0 else 0
-        axis, pair = (1, (joint, other)) if joint < other else (0, (other, joint))
+        other = 0 if joint or len(self.joints) == 1 else 1
+        axis, pair = (1, (joint, other)) if joint <= other else (0, (other, joint))
         frames = self.frames[pair].sum(axis=axis)
         return np.where(frames >= FEW, self.misses[pair].sum(axis=axis) / np.maximum(frames, 1), np.nan)
 
@@ -75,10 +76,10 @@ def arm_regions(run: Run, cells: int = CELLS) -> dict[int, Regions]:
         cells: along each joint, between the smallest and largest angle of the run.
 
     Returns:
-        By index of the phase; empty where the run has no frames, or fewer than two arm joints.
+        By index of the phase; empty where the run has no frames, or no arm joints.
     """
     joints = run.joints("arm")
-    if len(joints) < 2:
+    if not joints:
         return {}
     arm = run.postures("arm")
     if not len(arm):
@@ -99,7 +100,7 @@ Counts = dict[tuple[int, int], NDArray[np.int64]]
 
 def _count(cell: NDArray[np.int64], missed: NDArray[np.bool_], cells: int) -> tuple[Counts, Counts]:
     """Frames and misses over every pair of joints."""
-    pairs = list(combinations(range(len(cell)), 2))
+    pairs = list(combinations(range(len(cell)), 2)) or [(0, 0)]
     flat = {(a, b): cell[a] * cells + cell[b] for a, b in pairs}
 
     def counts(where: NDArray[np.bool_] | slice) -> Counts:

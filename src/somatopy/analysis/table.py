@@ -63,7 +63,9 @@ class Row:
         return _text(self.form, self.paper), run
 
 
-def comparison(summary: Mapping[str, Any], units: Mapping[str, str] | None = None) -> list[Row]:
+def comparison(
+    summary: Mapping[str, Any], units: Mapping[str, str] | None = None, papers_robot: bool = True
+) -> list[Row]:
     """Compare a run's summary with the paper, measure by measure.
 
     The run's first phase stands beside the paper's phase 1 and its second beside the paper's phase 2, however long
@@ -73,9 +75,10 @@ def comparison(summary: Mapping[str, Any], units: Mapping[str, str] | None = Non
     Args:
         summary: of the run.
         units: unit of each map's distances, see `distance_units`; [0, 1] units if None.
+        papers_robot: whether the run is one of the paper's robot, so that its numbers are comparable.
     """
     arm, head = (_distortion_form((units or {}).get(side, "")) for side in ("arm", "head"))
-    beside_number = head if head == _distortion_form("") else head + OTHER_UNIT
+    beside_number = head if head == _distortion_form("") or not papers_robot else head + OTHER_UNIT
     first, second = (None if k is None else summary["phases"][k] for k in beside_paper(summary["phases"]))
     part = ("phase 1, intact", "phase 2, after damage")
     return [
@@ -97,8 +100,13 @@ def paper_lines(phases: Sequence[Mapping[str, Any]]) -> list[tuple[int, Sequence
     return [(index, lines) for index, lines in pairs if index is not None]
 
 
-def render(rows: Sequence[Row], form: Literal["text", "markdown"] = "text") -> str:
+def render(rows: Sequence[Row], form: Literal["text", "markdown"] = "text", paper: bool = True) -> str:
     """Lay the rows out for a terminal or for a Markdown page.
+
+    Args:
+        rows: from `comparison`.
+        form: "text" or "markdown".
+        paper: whether the paper's numbers stand beside the run's.
 
     Example:
         >>> print(render([Row("phase 1", "frames", "{:,.0f}", (177823,), "n/a (too short)")]))
@@ -109,12 +117,12 @@ def render(rows: Sequence[Row], form: Literal["text", "markdown"] = "text") -> s
     layouts = {"text": _as_text, "markdown": _as_markdown}
     if form not in layouts:
         raise ValueError(f"form = {form!r} is unknown. Choose 'text' or 'markdown'.")
-    lines = [("", "paper", "this run")]
+    lines = [["", "paper", "this run"]]
     for index, row in enumerate(rows):
         if index == 0 or row.part != rows[index - 1].part:
-            lines.append((row.part, "", ""))
-        lines.append((f"  {row.quantity}", *row.texts()))
-    return layouts[form](lines)
+            lines.append([row.part, "", ""])
+        lines.append([f"  {row.quantity}", *row.texts()])
+    return layouts[form](lines if paper else [[name, run] for name, _, run in lines])
 
 
 def _counts(part: str, phase: Mapping[str, Any] | None, paper_frames: int, paper_hits: Cell) -> list[Row]:
@@ -177,11 +185,12 @@ def _text(form: str, cell: Cell) -> str:
     return cell if isinstance(cell, str) else form.format(*cell)
 
 
-def _as_text(lines: Sequence[tuple[str, str, str]]) -> str:
-    widths = [max(len(line[column]) for line in lines) for column in (0, 1)]
-    return "\n".join(f"{a:<{widths[0]}}  {b:<{widths[1]}}  {c}".rstrip() for a, b, c in lines)
+def _as_text(lines: Sequence[Sequence[str]]) -> str:
+    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
+    return "\n".join("  ".join(map(str.ljust, line, widths)).rstrip() for line in lines)
 
 
-def _as_markdown(lines: Sequence[tuple[str, str, str]]) -> str:
-    head, *body = [f"| {f'**{a}**' if a and not b and not c else a.strip()} | {b} | {c} |" for a, b, c in lines]
-    return "\n".join([head, "|---|---|---|", *body])
+def _as_markdown(lines: Sequence[Sequence[str]]) -> str:
+    named = [(f"**{name}**" if name and not any(cells) else name.strip(), *cells) for name, *cells in lines]
+    head, *body = [f"| {' | '.join(line)} |" for line in named]
+    return "\n".join([head, "|" + "---|" * len(lines[0]), *body])

@@ -76,13 +76,16 @@ def check_bounds(bounds: ArrayLike, arm: JointGroup) -> Floats:
     """`bounds` as an array (n_arm, 2) inside the joint limits, or a ValueError that names the joint."""
     array = np.array(bounds, float)
     if array.shape != (len(arm), 2):
-        raise ValueError(f"A range needs [low, high] for each of {', '.join(arm.names)}; its shape is {array.shape}.")
-    for name, (low, high), lower, upper in zip(arm.names, array, arm.lower, arm.upper, strict=True):
+        raise ValueError(
+            f"A range needs [low, high] for each of {', '.join(arm.names)}; its shape is {array.shape}. "
+            'Give as many, or name a range of the body, such as range = "mechanical".'
+        )
+    for name, (low, high), lower, upper, unit in zip(arm.names, array, arm.lower, arm.upper, arm.units, strict=True):
         if low > high:
             raise ValueError(f"The range [{low:g}, {high:g}] of {name} must have its low end first.")
         if not lower - 1e-4 <= low <= high <= upper + 1e-4:
             raise ValueError(
-                f"The range [{low:g}, {high:g}] of {name} must lie inside its limits [{lower:.4f}, {upper:.4f}] rad."
+                f"The range [{low:g}, {high:g}] of {name} must lie inside its limits [{lower:.4f}, {upper:.4f}] {unit}."
             )
     return np.asarray(np.clip(array, arm.lower[:, None], arm.upper[:, None]))
 
@@ -93,9 +96,9 @@ class Uniform(Settings):
 
     range: Annotated[
         str | tuple[tuple[Finite, Finite], ...],
-        Doc("A range that the body names, or low and high of each arm joint, rad."),
+        Doc("A range that the body names, or low and high of each arm joint, rad, or m of a slide."),
     ] = "mechanical"
-    speed: Annotated[Positive, Doc("Speed of the arm's set-points, rad/s.")] = 0.8
+    speed: Annotated[Positive, Doc("Speed of the arm's set-points, rad/s, or m/s of a slide.")] = 0.8
 
     def build(self, context: BuildContext) -> UniformBabbler:
         """The babbler, from the arm's posture at time 0.

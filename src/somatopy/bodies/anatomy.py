@@ -3,103 +3,48 @@
 from __future__ import annotations
 
 import tomllib
+from importlib.util import find_spec
 from pathlib import Path
-from typing import Annotated, Self
+from typing import Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import Field, ValidationError, model_validator
 
 from somatopy.bodies.base import BodyError
+from somatopy.bodies.tables import (
+    Add,
+    CameraTable,
+    Coupling,
+    Finite,
+    Head,
+    Interval,
+    Joints,
+    MarkerTable,
+    Servo,
+    Table,
+)
 
-__all__ = ["MODELS", "Anatomy", "Coupling", "anatomy_path"]
-
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-Velocity = Annotated[Finite, Field(gt=0)]
+__all__ = ["MODELS", "Add", "Anatomy", "Coupling", "Servo", "anatomy_path"]
 
 #: Robots that come with somatopy: name -> anatomy file.
 MODELS = {"nao": Path(__file__).parent / "nao" / "anatomy.toml"}
 
 
-class _Table(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
+class Anatomy(Table):
+    """What MujocoBody must know of a model beyond its MJCF, and what is added to it.
 
-
-class Coupling(_Table):
-    """Limits of one head joint as a piecewise linear function of another's angle (rad)."""
-
-    joint: str
-    by: str
-    at: tuple[Finite, ...] = Field(min_length=2)
-    lower: tuple[Finite, ...]
-    upper: tuple[Finite, ...]
-
-    @model_validator(mode="after")
-    def _consistent(self) -> Self:
-        if not len(self.at) == len(self.lower) == len(self.upper):
-            lengths = len(self.at), len(self.lower), len(self.upper)
-            raise ValueError(f"at, lower and upper need the same length, not {', '.join(map(str, lengths))}")
-        if any(b <= a for a, b in zip(self.at, self.at[1:], strict=False)):
-            raise ValueError("at must increase")
-        if any(low > high for low, high in zip(self.lower, self.upper, strict=True)):
-            raise ValueError("lower must not exceed upper")
-        return self
-
-
-class Joints(_Table):
-    """Joint names and their velocity limits (rad/s), in the order of the posture vector."""
-
-    joints: tuple[str, ...] = Field(min_length=1)
-    velocity: tuple[Velocity, ...]
-
-    @model_validator(mode="after")
-    def _consistent(self) -> Self:
-        if len(self.joints) != len(self.velocity):
-            raise ValueError(f"{len(self.joints)} joints need as many velocities, not {len(self.velocity)}")
-        if len(set(self.joints)) != len(self.joints):
-            raise ValueError(f"a joint stands twice in {list(self.joints)}")
-        return self
-
-
-class Head(Joints):
-    """The head's joints, and how they limit each other."""
-
-    coupling: Coupling | None = None
-
-    @model_validator(mode="after")
-    def _coupled(self) -> Self:
-        if self.coupling is None:
-            return self
-        for name in (self.coupling.joint, self.coupling.by):
-            if name not in self.joints:
-                raise ValueError(f"coupling names {name!r}, which is no head joint; head joints: {list(self.joints)}")
-        if self.coupling.joint == self.coupling.by:
-            raise ValueError(f"coupling cannot limit {self.coupling.joint!r} by itself")
-        return self
-
-
-class CameraTable(_Table):
-    """The camera of the model that the eye looks through, and its picture's size in pixels."""
-
-    name: str
-    width: int = Field(320, gt=0, le=4096)
-    height: int = Field(240, gt=0, le=4096)
-
-
-class MarkerTable(_Table):
-    """The body that carries the cube of tags, and where: position (m) and axis in that body's frame."""
-
-    body: str
-    position: tuple[Finite, Finite, Finite]
-    axis: tuple[Finite, Finite, Finite] = (1.0, 0.0, 0.0)
-
-    @model_validator(mode="after")
-    def _consistent(self) -> Self:
-        if not any(self.axis):
-            raise ValueError("axis must not be zero")
-        return self
-
-
-class Anatomy(_Table):
-    """What MujocoBody must know of a model beyond its MJCF."""
+    Attributes:
+        name: the robot's.
+        model: its MJCF (.xml) or URDF (.urdf).
+        home: the keyframe in which the robot starts; where it is left out, all joints start at their reference.
+        arm: joints that babble and carry the marker.
+        head: joints that carry the camera.
+        camera: the camera.
+        marker: the cube of tags.
+        ranges: babbling ranges of the arm, by name: one [low, high] a joint, rad.
+        package: the installed Python package in whose folder `model` is; it is not imported.
+        posture: where joints start, by name, rad (m for slides), instead of where `home` has them.
+        add: what the model lacks.
+    """
 
     name: str
     model: Path
@@ -108,7 +53,10 @@ class Anatomy(_Table):
     head: Head
     camera: CameraTable
     marker: MarkerTable
-    ranges: dict[str, tuple[tuple[Finite, Finite], ...]] = {}
+    ranges: dict[str, tuple[Interval, ...]] = Field({})
+    package: str | None = Field(None, repr=False, min_length=1)
+    posture: dict[str, Finite] = Field({}, repr=False)
+    add: Add = Field(Add(), repr=False)
 
     @model_validator(mode="after")
     def _apart(self) -> Self:
@@ -121,12 +69,34 @@ class Anatomy(_Table):
                 raise ValueError(f"the range {name!r} needs one [low, high] for each of {joints}, not {len(intervals)}")
         return self
 
+    @model_validator(mode="after")
+    def _added(self) -> Self:
+        moving = [*self.arm.joints, *self.head.joints]
+        kept = [name for name in moving if self.add.freeze != "rest" and name in self.add.freeze]
+        if kept:
+            raise ValueError(f"add.freeze names {kept}, which arm or head move; freeze others, or move without them")
+        loose = [name for name in self.neck_joints if name not in self.head.joints]
+        if loose:
+            raise ValueError(f"add.neck has joints {loose} that nobody moves; name them in [head] joints too")
+        return self
+
+    @property
+    def neck_joints(self) -> tuple[str, ...]:
+        """Names of the joints that the added neck has."""
+        return self.add.neck.joints if self.add.neck else ()
+
+    @property
+    def changes_model(self) -> bool:
+        """Whether the robot is another than its model: something is added, frozen or placed."""
+        return bool(self.posture or self.arm.limits or self.head.limits) or self.add != Add()
+
     @classmethod
     def load(cls, path: str | Path) -> Anatomy:
-        """Read an anatomy file (TOML); `model` is resolved relative to it.
+        """Read an anatomy file (TOML); `model` is resolved relative to it, or to the folder of `package`.
 
         Raises:
-            BodyError: the file is missing or does not parse, or a key is unknown, missing or wrong.
+            BodyError: the file is missing or does not parse, a key is unknown, missing or wrong, or the package is
+                not installed.
         """
         path = Path(path)
         try:
@@ -142,7 +112,22 @@ class Anatomy(_Table):
             raise BodyError(
                 f"The anatomy file {path} does not fit: {'; '.join(lines)}. Keys: {', '.join(cls.model_fields)}."
             ) from error
-        return anatomy.model_copy(update={"model": path.parent / anatomy.model})
+        folders = [path.parent] if anatomy.package is None else _folders(anatomy.package, path)
+        models = [folder / anatomy.model for folder in folders]
+        return anatomy.model_copy(update={"model": next((model for model in models if model.is_file()), models[0])})
+
+
+def _folders(package: str, path: Path) -> list[Path]:
+    """Where an installed package's files are; neither it nor a part of it is imported."""
+    first, *rest = package.split(".")
+    found = find_spec(first) if first.isidentifier() else None
+    if found is None or not found.submodule_search_locations:
+        raise BodyError(
+            f"The anatomy file {path} takes its model from the Python package {package!r}, which is not installed "
+            f"here. Install it (`pip install {first.replace('_', '-')}`, where it bears that name there too), or copy "
+            "the model beside the anatomy file and leave `package` out."
+        )
+    return [Path(folder, *rest) for folder in found.submodule_search_locations]
 
 
 def anatomy_path(body: str) -> Path:

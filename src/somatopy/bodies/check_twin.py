@@ -63,7 +63,8 @@ def _names_ranges(body: Any) -> None:
 def _imagines_what_is_sensed(body: Any) -> None:
     with law(
         "view at the sensed posture is the reading's view, but for joints that are neither arm nor head",
-        "compute both from one model, in the order of the posture vectors",
+        "compute both from one model, in the order of the posture vectors, and let all other joints stand still (in an "
+        'anatomy: [add] freeze = "rest")',
     ) as holds:
         readings = [body.reset(0), *(body.step(arm, head) for arm, head in _targets(body))]
         for reading in filter(lambda reading: reading.view is not None, readings):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Self
 
@@ -11,15 +12,52 @@ import numpy as np
 from somatopy.bodies.anatomy import Anatomy
 from somatopy.bodies.base import BodyError
 from somatopy.bodies.limits import CLEARANCE
+from somatopy.bodies.tables import Joints
 from somatopy.percept import Floats, Ints, JointGroup
 
 __all__ = ["Coupled", "Layout"]
 
 _JOINT = int(mujoco.mjtTrn.mjTRN_JOINT)
-_ONE_DOF = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
+_HINGE, _SLIDE = int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)
+_ONE_DOF = _HINGE, _SLIDE
+_USUAL_SPEED = {_HINGE: 3.0, _SLIDE: 0.5}  # rad/s and m/s
+_ROUNDING = 1e-9  # rad, or m
+_DIRECT, _INTEGRATED = int(mujoco.mjtDyn.mjDYN_NONE), int(mujoco.mjtDyn.mjDYN_INTEGRATOR)
+_FOLLOWING = (_DIRECT, _INTEGRATED, int(mujoco.mjtDyn.mjDYN_FILTER), int(mujoco.mjtDyn.mjDYN_FILTEREXACT))
 
 #: Index of the coupled joint and of the one that limits it, -1 for none; angles of the latter, lower and upper limits.
 Coupled = tuple[int, int, Floats, Floats, Floats]
+
+
+@dataclass(frozen=True, eq=False)
+class Rest:
+    """Position servos of joints that are neither arm nor head.
+
+    Attributes:
+        servos: those with a set-point in `ctrl`: places there, where in `qpos` is what they hold, and gears, (k,) each.
+        ramps: those with a set-point in `act`, filtered or integrated from `ctrl`: the same, with places in `act`.
+    """
+
+    servos: tuple[Ints, Ints, Floats]
+    ramps: tuple[Ints, Ints, Floats]
+
+    @classmethod
+    def of(cls, model: mujoco.MjModel, moving: Sequence[int]) -> Self:
+        """Those of a model, whose joints `moving` have others to hold them."""
+        found = [k for k in range(model.nu) if _is_servo(model, k) and model.actuator_trnid[k, 0] not in moving]
+        kinds = model.actuator_dyntype[found]
+        servos, ramps = (np.array(found, np.int64)[there] for there in (kinds != _INTEGRATED, kinds != _DIRECT))
+        return cls(_held(model, servos, model.actuator_ctrladr), _held(model, ramps, model.actuator_actadr))
+
+    def hold(self, data: mujoco.MjData) -> None:
+        """Set the set-points to where the joints are."""
+        for values, (there, places, gears) in ((data.ctrl, self.servos), (data.act, self.ramps)):
+            values[there] = data.qpos[places] * gears
+
+
+def _held(model: mujoco.MjModel, servos: Ints, addresses: Ints) -> tuple[Ints, Ints, Floats]:
+    places = model.jnt_qposadr[model.actuator_trnid[servos, 0]]
+    return addresses[servos].astype(np.int64), places.astype(np.int64), model.actuator_gear[servos, 0].copy()
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,10 +71,9 @@ class Layout:
         dofs: where they stand in `qvel`, shape (n,).
         lower: lower position limits, shape (n,), rad.
         upper: upper position limits, shape (n,), rad.
-        velocity: velocity limits, shape (n,), rad/s.
+        velocity: velocity limits, shape (n,), rad/s; 3 rad/s where nobody gives any, .5 m/s for slides.
         coupling: how one head joint limits another, as `clip_targets` takes it.
-        others: servos of all other joints, shape (k,).
-        rests: where their joints stand in `qpos`, shape (k,).
+        rest: what the servos of all other joints need, to hold these where they are.
     """
 
     arm: JointGroup
@@ -47,8 +84,7 @@ class Layout:
     upper: Floats
     velocity: Floats
     coupling: Coupled
-    others: Ints
-    rests: Ints
+    rest: Rest
 
     @classmethod
     def of(cls, model: mujoco.MjModel, anatomy: Anatomy) -> Self:
@@ -58,12 +94,11 @@ class Layout:
             BodyError: a joint is neither hinge nor slide or has no limits, or joints that limit each other leave
                 nothing free.
         """
-        arm, head = (_group(model, anatomy, g.joints, g.velocity) for g in (anatomy.arm, anatomy.head))
+        arm, head = (_group(model, anatomy, group) for group in (anatomy.arm, anatomy.head))
         lower, upper, velocity = (
             np.concatenate([getattr(arm, name), getattr(head, name)]) for name in ("lower", "upper", "velocity")
         )
         joints = [model.joint(name).id for name in (*arm.names, *head.names)]
-        others = [k for k in range(model.nu) if _is_servo(model, k) and model.actuator_trnid[k, 0] not in joints]
         return cls(
             arm=arm,
             head=head,
@@ -73,20 +108,37 @@ class Layout:
             upper=upper,
             velocity=velocity,
             coupling=_coupling(anatomy, (*arm.names, *head.names), lower, upper),
-            others=np.array(others, np.int64),
-            rests=model.jnt_qposadr[model.actuator_trnid[others, 0]].astype(np.int64),
+            rest=Rest.of(model, joints),
         )
 
+    def ranges(self, anatomy: Anatomy) -> dict[str, Floats]:
+        """Babbling ranges by name, shape (n_arm, 2): the joint limits, and those of the anatomy."""
+        limits = self.arm.space.limits
+        own = {name: _up_to(limits, np.array(range_)) for name, range_ in anatomy.ranges.items()}
+        return dict.fromkeys(("mechanical", "confined"), limits) | own
 
-def _group(model: mujoco.MjModel, anatomy: Anatomy, names: tuple[str, ...], velocity: tuple[float, ...]) -> JointGroup:
+
+def _up_to(limits: Floats, interval: Floats) -> Floats:
+    """An interval that reaches a limit but for rounding, as of degrees in the model, reaches it."""
+    return np.where(np.abs(interval - limits) < _ROUNDING, limits, interval)
+
+
+def _group(model: mujoco.MjModel, anatomy: Anatomy, group: Joints) -> JointGroup:
+    names = group.joints
     for name in names:
         joint = model.joint(name)
         if int(model.jnt_type[joint.id]) not in _ONE_DOF:
             raise BodyError(f"The joint {name!r} of {anatomy.model} is neither a hinge nor a slide.")
         if not model.jnt_limited[joint.id]:
-            raise BodyError(f'The joint {name!r} of {anatomy.model} has no limits. Give it range="low high".')
+            raise BodyError(
+                f'The joint {name!r} of {anatomy.model} has no limits. Give it range="low high" limited="true" in '
+                "the model, or limits = [[low, high], ...], one for each joint, beside its name in the anatomy."
+            )
     ranges = np.array([model.joint(name).range for name in names])
-    return JointGroup(names, ranges[:, 0].copy(), ranges[:, 1].copy(), np.array(velocity))
+    slides = [int(model.joint(name).type[0]) == _SLIDE for name in names]
+    usual = tuple(_USUAL_SPEED[_SLIDE if slide else _HINGE] for slide in slides)
+    units = tuple("m" if slide else "rad" for slide in slides)
+    return JointGroup(names, ranges[:, 0].copy(), ranges[:, 1].copy(), np.array(group.velocity or usual), units)
 
 
 def _coupling(anatomy: Anatomy, names: tuple[str, ...], lower: Floats, upper: Floats) -> Coupled:
@@ -105,4 +157,7 @@ def _coupling(anatomy: Anatomy, names: tuple[str, ...], lower: Floats, upper: Fl
 
 def _is_servo(model: mujoco.MjModel, actuator: int) -> bool:
     gain, bias = model.actuator_gainprm[actuator, 0], model.actuator_biasprm[actuator, 1]
-    return int(model.actuator_trntype[actuator]) == _JOINT and bool(gain == -bias != 0)
+    known = int(model.actuator_trntype[actuator]) == _JOINT and int(model.actuator_dyntype[actuator]) in _FOLLOWING
+    if not known or not gain == -bias != 0:
+        return False
+    return int(model.jnt_type[model.actuator_trnid[actuator, 0]]) in _ONE_DOF

@@ -6,6 +6,7 @@ import cv2
 import mujoco
 import numpy as np
 
+from somatopy.bodies.plain import PLAIN
 from somatopy.percept import Floats, Image, Marker
 
 __all__ = ["SITE", "add_marker"]
@@ -54,18 +55,19 @@ def add_marker(spec: mujoco.MjSpec, body: str, position: Floats, axis: Floats, m
         name=SITE, type=mujoco.mjtTexture.mjTEXTURE_2D, width=atlas.shape[1], height=atlas.shape[0], nchannel=3
     )
     texture.data = atlas.tobytes()
-    material = spec.add_material(name=SITE, specular=0.0, shininess=0.0, reflectance=0.0, emission=0.35)
+    material = spec.add_material(PLAIN, name=SITE, specular=0.0, shininess=0.0, reflectance=0.0, emission=0.35)
     material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = SITE
     triangles = np.array([[4 * k + i for i in t] for k in range(6) for t in ((0, 2, 1), (0, 3, 2))])
-    mesh = spec.add_mesh(name=SITE)
+    mesh = spec.add_mesh(PLAIN, name=SITE)
     mesh.uservert = _face_corners(marker).ravel().tolist()
     mesh.userface = triangles.ravel().tolist()
     mesh.usertexcoord = _texture_coordinates().ravel().tolist()
     carrier = spec.body(body)
     pose = {"pos": position, "quat": _turn_x_to(axis)}
-    carrier.add_site(name=SITE, **pose)
+    carrier.add_site(PLAIN, name=SITE, **pose)
     untouchable = {"mass": 0, "contype": 0, "conaffinity": 0}
-    carrier.add_geom(name=SITE, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=SITE, material=SITE, **untouchable, **pose)
+    looks = {"type": mujoco.mjtGeom.mjGEOM_MESH, "meshname": SITE, "material": SITE}
+    carrier.add_geom(PLAIN, name=SITE, **looks, **untouchable, **pose)
 
 
 def _turn_x_to(axis: Floats) -> Floats:

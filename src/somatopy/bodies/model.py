@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
-from pathlib import Path
 from typing import Any
 
 import mujoco
 import numpy as np
 
+from somatopy.bodies.additions import add
 from somatopy.bodies.anatomy import Anatomy
 from somatopy.bodies.base import BodyError
+from somatopy.bodies.cameras import set_fovy
+from somatopy.bodies.carrying import check_chains
+from somatopy.bodies.foreign import check_compiled, check_servos, prepare, see_far
+from somatopy.bodies.loading import compiled, parse
 from somatopy.bodies.marker import add_marker
 from somatopy.bodies.parts import cut, name_all, trees_of
 from somatopy.clock import FRAME
@@ -21,7 +24,7 @@ from somatopy.percept import Marker
 __all__ = ["Build", "build"]
 
 _JOINT = int(mujoco.mjtTrn.mjTRN_JOINT)
-_NO_DYNAMICS = mujoco.mjtDyn.mjDYN_NONE
+_FOLLOWING = mujoco.mjtDyn.mjDYN_NONE, mujoco.mjtDyn.mjDYN_FILTER, mujoco.mjtDyn.mjDYN_FILTEREXACT
 
 
 @dataclass(frozen=True)
@@ -38,6 +41,7 @@ class Build:
             much memory it takes: where that is too little, MuJoCo ends the process, unless it was called from Python.
         arm_solids: names of the arm's geoms that can touch.
         head_solids: the same of the head.
+        home: the keyframe in which the robot starts; None for the model's reference posture.
     """
 
     model: mujoco.MjModel
@@ -47,6 +51,7 @@ class Build:
     calls_directly: bool
     arm_solids: tuple[str, ...]
     head_solids: tuple[str, ...]
+    home: str | None
 
 
 def build(anatomy: Anatomy, marker: Marker, servos: bool, fovy: float | None = None) -> Build:
@@ -61,27 +66,24 @@ def build(anatomy: Anatomy, marker: Marker, servos: bool, fovy: float | None = N
     Raises:
         BodyError: the file is missing or broken, or lacks something that the anatomy names.
     """
-    spec = _parse(anatomy.model)
-    for kind, names in (
-        ("joint", (*anatomy.arm.joints, *anatomy.head.joints)),
-        ("camera", (anatomy.camera.name,)),
-        ("body", (anatomy.marker.body,)),
-        ("keyframe", (anatomy.home,) if anatomy.home else ()),
-    ):
-        _require(spec, anatomy, kind, names)
+    spec = parse(anatomy.model)
+    prepare(spec, anatomy.model)
+    home = add(spec, anatomy)
+    check_chains(spec, anatomy)
     if fovy is not None:
-        camera = spec.camera(anatomy.camera.name)
-        camera.fovy, camera.sensor_size = fovy, (0, 0)
+        set_fovy(spec, anatomy.camera.name, fovy)
     add_marker(spec, anatomy.marker.body, np.array(anatomy.marker.position), np.array(anatomy.marker.axis), marker)
     solids = _part_arm_and_head(spec, anatomy)
     ramping = _ramp_servos(spec, anatomy) if servos else []
-    model = _compile(spec, anatomy.model)
+    model = compiled(spec, anatomy.model)
+    check_compiled(model, anatomy.model)
     substeps = int(np.ceil(FRAME / model.opt.timestep - 1e-6))
     model.opt.timestep = FRAME / substeps
-    model.vis.map.znear = 0.001 / model.stat.extent
+    check_servos(model, tuple(servo.name for servo in ramping), anatomy.model)
+    see_far(model)
     model.vis.quality.shadowsize = model.vis.quality.offsamples = 0
     parts = _parts(spec, model, anatomy) if servos else ()
-    return Build(model, parts, substeps, tuple(servo.name for servo in ramping), spec.memory == -1, *solids)
+    return Build(model, parts, substeps, tuple(servo.name for servo in ramping), spec.memory == -1, *solids, home)
 
 
 def _parts(spec: mujoco.MjSpec, model: mujoco.MjModel, anatomy: Anatomy) -> tuple[mujoco.MjModel, ...]:
@@ -89,39 +91,14 @@ def _parts(spec: mujoco.MjSpec, model: mujoco.MjModel, anatomy: Anatomy) -> tupl
     return (model,) if trees is None else tuple(cut(spec, model, some) for some in trees)
 
 
-def _parse(path: Path) -> mujoco.MjSpec:
-    if not path.is_file():
-        raise BodyError(f"The model {path} does not exist.")
-    try:
-        return mujoco.MjSpec.from_file(str(path))
-    except ValueError as error:
-        raise BodyError(f"MuJoCo cannot read the model {path}: {error}") from error
-
-
-def _compile(spec: mujoco.MjSpec, path: Path) -> mujoco.MjModel:
-    try:
-        return spec.compile()
-    except ValueError as error:
-        raise BodyError(f"MuJoCo cannot compile the model {path}: {error}") from error
-
-
-def _require(spec: mujoco.MjSpec, anatomy: Anatomy, kind: str, names: Sequence[str]) -> None:
-    parts = {"joint": spec.joints, "camera": spec.cameras, "body": spec.bodies, "keyframe": spec.keys}[kind]
-    there = [part.name for part in parts]
-    for name in names:
-        if name not in there:
-            raise BodyError(
-                f"The {kind} {name!r} does not exist in {anatomy.model}. Available: {', '.join(there) or 'none'}."
-            )
-
-
 def _part_arm_and_head(spec: mujoco.MjSpec, anatomy: Anatomy) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Arm and head pass through each other: a pair with a negative margin is noticed but exerts no force.
 
-    Pairs of the model's own between the two give way to it.
+    Pairs of the model's own between the two give way to it. A torso that turns with the arm and carries the head
+    belongs to neither.
     """
-    arm, head = (_solids(spec.joint(group.joints[0]).parent) for group in (anatomy.arm, anatomy.head))
     name_all(spec)
+    arm, head = (_solids(spec.joint(group.joints[0]).parent) for group in (anatomy.arm, anatomy.head))
     between = {frozenset((a.name, b.name)) for a, b in product(arm, head)}
     for pair in list(spec.pairs):
         if frozenset((pair.geomname1, pair.geomname2)) in between:
@@ -132,25 +109,48 @@ def _part_arm_and_head(spec: mujoco.MjSpec, anatomy: Anatomy) -> tuple[tuple[str
 
 
 def _ramp_servos(spec: mujoco.MjSpec, anatomy: Anatomy) -> list[Any]:
-    """Give each position servo an integrator, so that its set-point ramps inside MuJoCo at the speed in `ctrl`."""
+    """Give each position servo an integrator, so that its set-point ramps inside MuJoCo at the speed in `ctrl`.
+
+    The integrator takes the place of a filter: what is told to ramp needs none. A gear goes into the gains.
+    """
     servos = []
     for name in (*anatomy.arm.joints, *anatomy.head.joints):
         servo = next((a for a in spec.actuators if a.target == name and _is_position_servo(a)), None)
         if servo is None:
             raise BodyError(
                 f"The joint {name!r} of {anatomy.model} has no position servo. Add "
-                f'<actuator><position joint="{name}" kp="..." kv="..."/></actuator>, or use the kinematic motion.'
+                f'<actuator><position joint="{name}" kp="..." kv="..."/></actuator> to the model, or '
+                f'[add.servos] "{name}" = {{ kp = ..., kv = ... }} to the anatomy, or use the kinematic motion.'
             )
+        _without_gear(servo)
         servo.dyntype = mujoco.mjtDyn.mjDYN_INTEGRATOR
         servo.ctrllimited = False
+        if servo.inheritrange != 1:  # else its range is the joint's
+            servo.actlimited = False
         servos.append(servo)
     return servos
 
 
 def _is_position_servo(actuator: Any) -> bool:
-    """Whether an actuator of a spec pulls a joint towards its control value, as `<position>` does, without a filter."""
-    pulls = actuator.gainprm[0] == -actuator.biasprm[1] != 0 and actuator.gear[0] == 1
-    return bool(pulls and int(actuator.trntype) == _JOINT and actuator.dyntype == _NO_DYNAMICS)
+    """Whether an actuator of a spec pulls a joint towards its control value, as `<position>` does."""
+    pulls = actuator.gainprm[0] == -actuator.biasprm[1] != 0 and actuator.gear[0] != 0
+    return bool(pulls and int(actuator.trntype) == _JOINT and actuator.dyntype in _FOLLOWING)
+
+
+def _without_gear(servo: Any) -> None:
+    """The same servo in the joint's own units: behind a gear, the motor's position and force are others."""
+    gear = servo.gear[0]
+    if gear == 1:
+        return
+    servo.gainprm[0] *= gear**2
+    servo.biasprm[0] *= gear
+    servo.biasprm[1] *= gear**2
+    if servo.biasprm[2] < 0:  # a positive one is a damping ratio, which is the same on both sides
+        servo.biasprm[2] *= gear**2
+    servo.armature *= gear**2
+    servo.damping = servo.damping * abs(gear) ** np.arange(2, 5)  # with v, v^2 and v^3
+    servo.actrange = np.sort(servo.actrange / gear)
+    servo.forcerange, servo.gear[0] = np.sort(servo.forcerange * gear), 1.0
 
 
 def _solids(body: Any) -> list[Any]:

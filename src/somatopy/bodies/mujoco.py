@@ -19,7 +19,9 @@ from typing_extensions import Doc
 from somatopy.bodies.anatomy import Anatomy, anatomy_path
 from somatopy.bodies.arm_track import Arm, ArmTrack, kept_track
 from somatopy.bodies.base import BodyError, Diverged
+from somatopy.bodies.cameras import eye_camera
 from somatopy.bodies.constants import saved
+from somatopy.bodies.foreign import check_joints, check_scale
 from somatopy.bodies.layout import Layout
 from somatopy.bodies.limits import aim, clip_targets
 from somatopy.bodies.model import Build, build
@@ -28,7 +30,7 @@ from somatopy.bodies.occluders import Occluders
 from somatopy.bodies.rendering import Renderer
 from somatopy.bodies.sensing import Sensing
 from somatopy.clock import FRAME
-from somatopy.percept import Camera, Floats, Image, JointGroup, Marker, Part, Picture, Reading, View
+from somatopy.percept import Floats, Image, JointGroup, Marker, Part, Picture, Reading, View
 from somatopy.registry import BuildContext, Settings
 
 __all__ = ["Motion", "Mujoco", "MujocoBody", "OnHand", "Optics"]
@@ -40,8 +42,9 @@ class MujocoBody:
     """A robot simulated by MuJoCo, described by an MJCF and an anatomy file.
 
     Set-points move towards the targets at constant speed, as NAOqi's setAngles does. `dynamic`: the model's position
-    servos follow them under gravity, contact and torque limits. `kinematic`: the joints are where the set-points are.
-    Arm and head pass through each other; frames in which they do are marked in the reading.
+    servos follow them under gravity, contact and torque limits, without the filter that a servo may have. `kinematic`:
+    the joints are where the set-points are. Arm and head pass through each other; frames in which they do are marked in
+    the reading. What the model lacks (a fixed base, a neck, a camera, limits, servos), the anatomy can add to it.
 
     Args:
         anatomy: an Anatomy, the path of an anatomy file, or the name of a body that comes with somatopy.
@@ -59,6 +62,7 @@ class MujocoBody:
         occluders: what can stand between camera and marker; their poses are in each reading's view.
         arm_moves_alone: whether the arm moves the same to the last bit, whatever the head does: nothing couples them.
         ranges: babbling ranges by name, shape (n_arm, 2), rad: the anatomy's, and "mechanical", the joint limits.
+            There is always a range "confined", in which presets babble: the joint limits where the anatomy has none.
         model: the compiled MuJoCo model.
         data: its state. Where arm and head are stepped apart, only the joints' positions and all poses in it are kept
             up, neither velocities nor forces, and what is written into it moves nothing: change the model instead.
@@ -96,6 +100,7 @@ class MujocoBody:
         self.marker = marker or Marker()
         self._speeds = arm_speed or np.inf, head_speed or np.inf
         self._take(build(self.anatomy, self.marker, servos=motion == "dynamic", fovy=fovy))
+        check_scale(self._sensing.view(), self.camera, self.marker, self.anatomy)
 
     def _take(self, built: Build) -> None:
         """Be the robot of this model, at its start."""
@@ -103,13 +108,12 @@ class MujocoBody:
         self._positions = self.data.qpos  # the same array each time; to ask for it takes longer than to read it
         self._layout = Layout.of(self.model, self.anatomy)
         self.arm, self.head = self._layout.arm, self._layout.head
+        for joints in (self.arm, self.head):
+            check_joints(joints, self.anatomy)
         groups = zip((self.arm, self.head), self._speeds, strict=True)
         self._stride = FRAME * np.concatenate([np.minimum(group.velocity, speed) for group, speed in groups])
-        self.ranges: Mapping[str, Floats] = MappingProxyType(
-            {"mechanical": self.arm.space.limits} | {name: np.array(r) for name, r in self.anatomy.ranges.items()}
-        )
-        name, size = self.anatomy.camera.name, (self.anatomy.camera.width, self.anatomy.camera.height)
-        self.camera = Camera(name, *size, fovy=float(np.deg2rad(self.model.camera(name).fovy[0])))
+        self.ranges: Mapping[str, Floats] = MappingProxyType(self._layout.ranges(self.anatomy))
+        self.camera = eye_camera(self.model, self.anatomy)
         self._limits: Any = self._layout.lower, self._layout.upper, *self._layout.coupling
         self._occluders = Occluders(self.model)
         self.occluders = self._occluders.shapes
@@ -131,7 +135,7 @@ class MujocoBody:
         self._clip(self._setpoint)
         self.data.qpos[self._layout.places] = self._setpoint
         self._target = self._setpoint.copy()
-        self.data.ctrl[self._layout.others] = self.data.qpos[self._layout.rests]
+        self._layout.rest.hold(self.data)
         self._motion.begin(self._setpoint)
         return self._sense(0.0)
 
@@ -320,7 +324,7 @@ class MujocoBody:
     # -- moving and sensing ------------------------------------------------------------------------------------------
 
     def _go_home(self, data: mujoco.MjData) -> None:
-        home = self.anatomy.home
+        home = self._built.home
         if home is None:
             mujoco.mj_resetData(self.model, data)
         else:

@@ -12,12 +12,15 @@ __all__ = ["Occluders"]
 
 _SPHERE, _CAPSULE, _ELLIPSOID, _CYLINDER, _BOX, _MESH = 2, 3, 4, 5, 6, 7  # MuJoCo's geom types
 _INVISIBLE_GROUP = 3  # MuJoCo draws groups 0 to 2
+_UNSET = np.array([0.5, 0.5, 0.5, 1.0], np.float32)  # the colour of a shape that says none: its material's counts
+_SEEN_THROUGH = 0.62  # opacity up to which the detector reads a tag behind a shape of any colour
 
 
 class Occluders:
-    """The shapes of a model that are drawn and are neither the marker nor endless.
+    """The shapes of a model that are drawn and are neither the marker, nor endless, nor seen through.
 
-    What is no primitive shape (a mesh) counts as the ellipsoid inside its box.
+    A mesh counts as the ellipsoid inside its box. Height fields, signed distance fields, skins, flexible bodies and
+    tendons count as nothing.
 
     Args:
         model: the compiled model.
@@ -29,8 +32,9 @@ class Occluders:
     """
 
     def __init__(self, model: mujoco.MjModel) -> None:
-        opacity = np.where(model.geom_matid >= 0, model.mat_rgba[model.geom_matid, 3], model.geom_rgba[:, 3])
-        shown = (opacity > 0) & (model.geom_group < _INVISIBLE_GROUP)
+        of_material = (model.geom_matid >= 0) & (model.geom_rgba == _UNSET).all(axis=1)
+        opacity = np.where(of_material, np.append(model.mat_rgba[:, 3], 1.0)[model.geom_matid], model.geom_rgba[:, 3])
+        shown = (opacity > _SEEN_THROUGH) & (model.geom_group < _INVISIBLE_GROUP)
         shown &= np.isin(model.geom_type, [_SPHERE, _CAPSULE, _ELLIPSOID, _CYLINDER, _BOX, _MESH])
         shown[model.geom(SITE).id] = False
         self.geoms = np.flatnonzero(shown)

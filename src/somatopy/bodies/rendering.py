@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import atexit
 import importlib
-import math
 import os
 import subprocess
 import sys
@@ -15,6 +14,7 @@ from weakref import WeakSet
 import mujoco
 import numpy as np
 
+from somatopy.bodies.cameras import is_pinhole, pinhole
 from somatopy.bodies.culling import mark_unseen
 from somatopy.percept import Floats, Image, Part
 
@@ -83,7 +83,8 @@ def _close_all() -> None:
 class Renderer:
     """Draws one camera of a model without shadows or effects; close it explicitly.
 
-    Shapes that the picture cannot show are not drawn, which changes no pixel. To this end the model's `geom_group` is
+    Sites and the rays of rangefinders are no things that a camera could see, and are not drawn. Shapes that the picture
+    cannot show are not drawn either, which changes no pixel. To this end the model's `geom_group` is
     changed while a picture is drawn, and put back.
 
     Args:
@@ -100,10 +101,12 @@ class Renderer:
         self._resources = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._resources)
         self._model = model
-        self._scene = mujoco.MjvScene(model, maxgeom=1000)
+        self._scene = mujoco.MjvScene(model, maxgeom=_room(model))
         for flag in (mujoco.mjtRndFlag.mjRND_SHADOW, mujoco.mjtRndFlag.mjRND_REFLECTION, mujoco.mjtRndFlag.mjRND_HAZE):
             self._scene.flags[flag] = False
         self._option = mujoco.MjvOption()
+        self._option.flags[mujoco.mjtVisFlag.mjVIS_RANGEFINDER] = False
+        self._option.sitegroup[:] = 0
         self._camera = mujoco.MjvCamera()
         self._camera.type = mujoco.mjtCamera.mjCAMERA_FIXED
         self._camera.fixedcamid = model.camera(camera).id
@@ -144,10 +147,12 @@ class Renderer:
 
     def _edges(self, part: Part) -> tuple[float, float, float, float]:
         """Tangents of the angles from the camera's axis to left, top, right and bottom edge of a part."""
-        middle, centre = 0.5 * self._rectangle.width, 0.5 * self._rectangle.height
-        pixel = math.tan(0.5 * math.radians(self._model.cam_fovy[self._camera.fixedcamid])) / centre
-        left, top, right, bottom = part
-        return (left - middle) * pixel, (top - centre) * pixel, (right - middle) * pixel, (bottom - centre) * pixel
+        if not self._reaches.any():
+            return 0.0, 0.0, 0.0, 0.0
+        camera = pinhole(self._model, self._camera.fixedcamid, self._rectangle.width, self._rectangle.height)
+        (across, along), (u, v) = camera.focals, camera.centre
+        left, top, right, bottom = (edge - 0.5 for edge in part)  # of pixels, whose centres count
+        return (left - u) / across, (top - v) / along, (right - u) / across, (bottom - v) / along
 
     def close(self) -> None:
         """Free the OpenGL resources; a second call does nothing."""
@@ -158,13 +163,18 @@ class Renderer:
             self._context = None
 
 
+def _room(model: mujoco.MjModel) -> int:
+    """How many shapes a scene holds at most: MuJoCo leaves out what comes last. Tendons are drawn in pieces."""
+    return int(1000 + model.ngeom + model.nskin + model.nflex + 2 * model.nwrap + 64 * model.ntendon)
+
+
 def _reaches(model: mujoco.MjModel, camera: int) -> Floats:
     """Radii of the balls around all shapes, 0 for those that are always drawn, shape (ngeom,), m.
 
     These are endless planes and what mirrors, which MuJoCo draws in a way of its own; and all shapes where the camera
-    is not described by its vertical field of view.
+    is no pinhole.
     """
-    odd = model.cam_projection[camera] != mujoco.mjtProjection.mjPROJ_PERSPECTIVE or model.cam_sensorsize[camera].any()
+    odd = not is_pinhole(model, camera)
     mirrors = (model.geom_matid >= 0) & (np.append(model.mat_reflectance, 0.0)[model.geom_matid] > 0)
     reaches: Floats = np.where(mirrors | odd, 0.0, model.geom_rbound)
     return reaches

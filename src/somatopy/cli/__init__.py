@@ -19,6 +19,7 @@ VERBS = {
     "evaluate": "ask what a run has learned, on postures it never met",
     "compare": "compare learners and damages under many seeds, in all cores",
     "study": "run many experiments that a study file describes, here or on a Ray cluster",
+    "check-body": "look at a robot of yours: its joints, its sight, what is wrong, an anatomy for it",
     "list": "list presets, bodies, babbling ranges, learners, damages and all other kinds",
 }
 
@@ -62,7 +63,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _called(verb: str, rest: Sequence[str]) -> int:
     try:
-        code: int = importlib.import_module(f"somatopy.cli.{verb}").main(rest)
+        code: int = importlib.import_module(f"somatopy.cli.{verb.replace('-', '_')}").main(rest)
     except KeyboardInterrupt as interrupt:
         return _fail(str(interrupt) or "Interrupted.", 130)
     except SystemExit as error:

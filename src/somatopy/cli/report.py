@@ -15,7 +15,7 @@ from somatopy.analysis.cells import STUDY, load_study
 from somatopy.analysis.claims import judge
 from somatopy.analysis.comparison import compare
 from somatopy.analysis.comparison_table import csv_rows
-from somatopy.analysis.described import kind_of
+from somatopy.analysis.described import kind_of, on_papers_robot
 from somatopy.analysis.figures import Shot, filmstrip_frames, save_figures
 from somatopy.analysis.report import write_report, write_study
 from somatopy.analysis.runs import Run, RunFolderError
@@ -149,4 +149,5 @@ def _parse(args: Sequence[str]) -> tuple[list[Path], dict[str, str]]:
 
 
 def _verdicts(run: Run) -> dict[str, str]:
-    return {claim.key: finding.verdict for claim, finding in judge(summarise(run), distance_units(run))}
+    judged = judge(summarise(run), distance_units(run), on_papers_robot(run))
+    return {claim.key: finding.verdict for claim, finding in judged}

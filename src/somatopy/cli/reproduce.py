@@ -12,6 +12,7 @@ from typing import Annotated
 from somatopy.analysis import load_run
 from somatopy.analysis.band import render_verdicts, verdicts_of
 from somatopy.analysis.band import seeds_of as seeds_of_band
+from somatopy.analysis.described import on_papers_robot
 from somatopy.analysis.series import distance_units
 from somatopy.analysis.standings import render_standings, standings
 from somatopy.analysis.table import comparison, render
@@ -87,12 +88,13 @@ def complete(folder: Path, as_json: bool, anyway: bool = False, band: Band | Non
         went_well = going_on.wait()
     report = illustrate(folder)
     run = load_run(folder)
+    beside = on_papers_robot(run)
     if as_json:
         print(json.dumps(result(folder)))
     else:
         names = [phase.name for phase in description.phases]
         print(
-            render(comparison(run.summary or {}, distance_units(run))),
+            render(comparison(run.summary or {}, distance_units(run), beside), paper=beside),
             render_standings(standings(run), names),
             *([render_verdicts(judged, seeds_of_band(run))] if (judged := verdicts_of(run)) else []),
             sep="\n\n",

@@ -15,7 +15,7 @@ from somatopy.analysis.comparison import MEASURES, compare
 from somatopy.analysis.comparison_table import text_table
 from somatopy.cli.mirror import mark
 from somatopy.cli.run import note
-from somatopy.experiment import DescriptionError
+from somatopy.experiment import Description, DescriptionError
 from somatopy.studies.api import backend_for
 from somatopy.studies.driver import perform
 from somatopy.studies.estimate import estimate
@@ -92,6 +92,7 @@ def carry_out(study: Study, flags: Any) -> int:
         print(json.dumps(found.table()) if flags.json else found.text())
         return 0
     say_eye(study)
+    say_damage(study)
     result = perform(study, flags.out, processes=flags.processes, backend=backend_for(study, flags.ray))
     if flags.json:
         print(json.dumps(table_of(result)))
@@ -115,6 +116,22 @@ def say_eye(study: Study) -> None:
         note(
             "Eye: geometric, a model of the detector. With --eye fiducial (eye in a study file) pictures are rendered."
         )
+
+
+def say_damage(study: Study) -> None:
+    """Say what stands for the paper's damage where a robot of the study is not the NAO."""
+    if any(_is_stand_in(condition.experiment) for condition in study.conditions):
+        note(
+            "The paper's damage is that of a NAO's arm. On another arm each joint is felt shifted by the same share of "
+            "its range."
+        )
+
+
+def _is_stand_in(experiment: Description) -> bool:
+    """Whether the paper's damage is done to a robot that is not the NAO."""
+    done = [settings for phase in experiment.phases for settings in phase.interventions]
+    shifted = any(settings.kind == "offset" and getattr(settings, "offset", None) == "paper" for settings in done)
+    return shifted and getattr(experiment.body, "model", None) != "nao"
 
 
 def table_of(result: StudyResult) -> dict[str, Any]:

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import Any
 
-from somatopy.bodies import BodyError
+from somatopy.bodies import Anatomy, BodyError, anatomy_path
 from somatopy.contract import missing_members
 from somatopy.experiment.context import Context
 from somatopy.experiment.description import Description, DescriptionError
 from somatopy.registry import BABBLERS, BODIES, EYES, INTERVENTIONS, LEARNERS, Kinds, Settings, handed_over
 
-__all__ = ["built", "hand_over", "handed_over_again", "said_of"]
+__all__ = ["built", "check_numbers", "hand_over", "handed_over_again", "said_of"]
 
 #: Parts that may be handed over, where a description has them, and their kinds.
 _WHERE: dict[str, tuple[str, Kinds]] = {
@@ -44,6 +44,35 @@ def built(key: str, contract: type, settings: Settings, context: Context) -> Any
             f"{contract.__name__} asks for (somatopy.contract)."
         )
     return part
+
+
+def check_numbers(description: Description) -> None:
+    """See that babbling range and offsets have as many numbers as the arm has joints, before anything is simulated.
+
+    Only somatopy's own parts are looked at, and only the anatomy file is read. The session says the rest.
+
+    Raises:
+        DescriptionError: they have not.
+    """
+    body, babbling = description.body, description.babbling
+    if body.kind != "mujoco":
+        return
+    with suppress(BodyError):
+        joints = Anatomy.load(anatomy_path(str(getattr(body, "model", "")))).arm.joints
+        if babbling.kind == "uniform":
+            _check_number("babbling.range", "intervals", getattr(babbling, "range", None), joints)
+        for index, phase in enumerate(description.phases):
+            for place, settings in enumerate(phase.interventions):
+                if settings.kind == "offset":
+                    key = f"phases.{index}.interventions.{place}.offset"
+                    _check_number(key, "offsets", getattr(settings, "offset", None), joints)
+
+
+def _check_number(key: str, what: str, given: Any, joints: tuple[str, ...]) -> None:
+    if isinstance(given, tuple) and len(given) != len(joints):
+        raise DescriptionError(
+            f"{key}: {len(given)} {what}; the arm has {len(joints)} joints: {', '.join(joints)}. Give one for each."
+        )
 
 
 def hand_over(

@@ -51,15 +51,15 @@ def vector_columns(body: Body) -> list[tuple[Column, str, str]]:
     """
     senses: dict[str, JointGroup] = {"arm": body.arm, "head": body.head}
     return [
-        (_vector(sense, f"{sense}{behind}.{name}", role, meaning, group), sense, name)
+        (_vector(sense, f"{sense}{behind}.{name}", role, meaning, unit), sense, name)
         for behind, role, meaning in _VECTORS
         for sense, group in senses.items()
-        for name in group.names
+        for name, unit in zip(group.names, group.units, strict=True)
     ]
 
 
-def _vector(sense: str, name: str, role: str, meaning: str, group: JointGroup) -> Column:
-    said, unit = _COMMANDS[sense] if role == "command" else meaning.format(sense), group.space.unit
+def _vector(sense: str, name: str, role: str, meaning: str, unit: str) -> Column:
+    said = _COMMANDS[sense] if role == "command" else meaning.format(sense)
     return Column(name, "float", f"{said}, {unit}", unit, role)
 
 

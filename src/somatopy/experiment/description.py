@@ -39,7 +39,7 @@ __all__ = [
 #: Of experiment.toml and the rest of a run folder.
 FORMAT = 2
 #: Tables that a run folder writes beside its description.
-RECORDS = ("format", "versions", "written_by", "resumed", "cite")
+RECORDS = ("format", "versions", "written_by", "resumed", "cite", "remarks")
 #: Kinds of intervention that are no damage: they touch the learner alone.
 NO_DAMAGE = frozenset({"plastic", "afresh", "shuffled"})
 

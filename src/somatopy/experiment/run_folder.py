@@ -226,9 +226,10 @@ class RunFolder:
             )
 
     def begin(self, session: Session) -> None:
-        """Write the description, resolved, with versions and what to cite."""
+        """Write the description, resolved, with versions, what to cite, and what interventions remark on."""
         table = {"format": FORMAT, **_without_none(_plain(session.description)), **_author_tables(session)}
-        write_whole(self.path / DESCRIPTION, tomli_w.dumps(table | {"cite": list(CITE)}))
+        remarks = {"remarks": session.remarks} if session.remarks else {}
+        write_whole(self.path / DESCRIPTION, tomli_w.dumps(table | remarks | {"cite": list(CITE)}))
 
     def append(self, session: Session) -> None:
         """Say in the description who goes on with the run, beside who began it, if it is another."""

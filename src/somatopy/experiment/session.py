@@ -18,6 +18,7 @@ from somatopy.experiment.columns import check_names, vector_columns
 from somatopy.experiment.context import Context, stream
 from somatopy.experiment.description import Description, DescriptionError
 from somatopy.experiment.frame import PARTS, Frame, Sink
+from somatopy.experiment.look import require_sight
 from somatopy.experiment.phases import PhaseInterventions, Place
 from somatopy.experiment.provenance import code_of
 from somatopy.percept import Column, Floats, Percept, Picture, Reading, Sighting
@@ -93,6 +94,8 @@ class Session:
             self._start = self._reading.arm
             self.eye: Eye = self._build("eye", Eye, self.description.eye, "eye")
             self.babbler: Babbler = self._build("babbling", Babbler, self.description.babbling, "babbling")
+            with said_of("babbling"):
+                require_sight(self._context("look"), self.eye)
             self.learner: Learner = self._build_learner("learner")
             self._phases = [self._build_phase(index) for index in range(len(self.description.phases))]
             self.columns = self._declare_columns()
@@ -259,6 +262,12 @@ class Session:
     def interventions(self) -> list[list[Intervention]]:
         """The interventions of each phase."""
         return [phase.interventions for phase in self._phases]
+
+    @property
+    def remarks(self) -> list[str]:
+        """What interventions have to say before the first frame: their `remark`, where they have one, each once."""
+        said = (getattr(intervention, "remark", "") for intervention in chain.from_iterable(self.interventions))
+        return list(dict.fromkeys(filter(None, said)))
 
     @property
     def parts(self) -> list[object]:

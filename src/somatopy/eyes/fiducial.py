@@ -24,7 +24,7 @@ class FiducialEye:
     from the tag's pose (infinitesimal plane-based pose estimation, Collins and Bartoli, IJCV 2014).
 
     Args:
-        camera: size and focal length of the pictures.
+        camera: size and intrinsics of the pictures.
         marker: sizes, ids and dictionary of the tags; the dictionary is cut down to these ids.
         skip: whether to spare what of a picture can show no tag, all of it or what is around the cube, where the body
             knows its true poses. `frustum.part_with_tags` is cautious; docs/eyes.md says how this was measured.
@@ -56,8 +56,8 @@ class FiducialEye:
         self._whole = 0, 0, camera.width, camera.height
         side, rates = max(camera.width, camera.height), self._parameters
         self._outlines = int(rates.minMarkerPerimeterRate * side), int(rates.maxMarkerPerimeterRate * side)
-        u, v = camera.centre
-        self._intrinsics = np.array([[camera.focal, 0, u], [0, camera.focal, v], [0, 0, 1]])
+        (across, along), (u, v) = camera.focals, camera.centre
+        self._intrinsics = np.array([[across, 0, u], [0, along, v], [0, 0, 1]])
         half = 0.5 * marker.tag_size
         self._tag = np.array([[-half, half, 0], [half, half, 0], [half, -half, 0], [-half, -half, 0]])
         self._depth = 0.5 * marker.size

@@ -26,9 +26,10 @@ def optics(camera: Camera, marker: Marker) -> tuple[Floats, Floats]:
     """Camera and marker as `part_with_tags` takes them.
 
     Returns:
-        Focal length, width and height of the picture, shape (3,), px; half edge of cube and of tag, shape (2,), m.
+        Focal lengths along u and v, pixel (u, v) of the optical axis, width and height of the picture, shape (6,), px;
+        half edge of cube and of tag, shape (2,), m.
     """
-    lens = np.array([camera.focal, camera.width, camera.height], float)
+    lens = np.array([*camera.focals, *camera.centre, camera.width, camera.height], float)
     return lens, np.array([0.5 * marker.size, 0.5 * marker.tag_size])
 
 
@@ -72,7 +73,7 @@ def part_with_tags(camera: Floats, marker: Floats, lens: Floats, cube: Floats) -
         >>> part_with_tags(np.array([0, 0, 0, *upright], float), np.array([0, 0, -0.2, *upright]), lens, cube)
         (81, 41, 239, 199)
     """
-    left, top, right, bottom = lens[1], lens[2], 0.0, 0.0
+    left, top, right, bottom = lens[4], lens[5], 0.0, 0.0
     for axis, sign in ((1, 1.0), (2, 1.0), (1, -1.0), (2, -1.0)):
         facing = -cube[0]
         for k in range(3):
@@ -83,7 +84,7 @@ def part_with_tags(camera: Floats, marker: Floats, lens: Floats, cube: Floats) -
             left, top = min(left, u0 - margin), min(top, v0 - margin)
             right, bottom = max(right, u1 + margin), max(bottom, v1 + margin)
     first_column, first_row = max(0, math.floor(left)), max(0, math.floor(top))
-    columns, rows = min(int(lens[1]), math.ceil(right) + 1), min(int(lens[2]), math.ceil(bottom) + 1)
+    columns, rows = min(int(lens[4]), math.ceil(right) + 1), min(int(lens[5]), math.ceil(bottom) + 1)
     if first_column >= columns or first_row >= rows:
         return 0, 0, 0, 0
     return first_column, first_row, columns, rows
@@ -124,7 +125,13 @@ def _corner(
         x += camera[row] * gap
         y += camera[row + 1] * gap
         depth -= camera[row + 2] * gap
-    across, along = (0.5 + _BEYOND) * lens[1] * depth, (0.5 * lens[2] + _BEYOND * lens[1]) * depth
-    if depth <= 0.0 or abs(lens[0] * x) > across or abs(lens[0] * y) > along:
+    right, down, beyond = lens[0] * x, -lens[1] * y, _BEYOND * lens[4]
+    if (
+        depth <= 0.0
+        or right < -(lens[2] + 0.5 + beyond) * depth
+        or right > (lens[4] - 0.5 - lens[2] + beyond) * depth
+        or down < -(lens[3] + 0.5 + beyond) * depth
+        or down > (lens[5] - 0.5 - lens[3] + beyond) * depth
+    ):
         return 0.0, 0.0, False
-    return 0.5 * (lens[1] - 1.0) + lens[0] * x / depth, 0.5 * (lens[2] - 1.0) - lens[0] * y / depth, True
+    return lens[2] + right / depth, lens[3] + down / depth, True

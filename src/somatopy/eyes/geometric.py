@@ -49,7 +49,7 @@ def see(
 
     Args:
         camera: position and rotation (row by row) of the camera, shape (12,).
-        lens: focal length, width, height (px), least height (px), cosine of the largest tilt, border (px), shape (6,).
+        lens: what `optics` says of the camera, least height (px), cosine of the largest tilt, border (px), shape (9,).
         marker: position and rotation of the marker, shape (12,).
         cube: half edge of cube and of tag, and of the part of a tag that must not be hidden, shape (3,), m.
         poses: position and rotation of each occluder, shape (n, 12).
@@ -116,17 +116,19 @@ def _project(camera: Floats, lens: Floats, x: float, y: float, z: float) -> Vect
     depth = -(camera[5] * dx + camera[8] * dy + camera[11] * dz)
     if depth <= 1e-6:
         return math.nan, math.nan, depth
-    return 0.5 * (lens[1] - 1.0) + lens[0] * right / depth, 0.5 * (lens[2] - 1.0) - lens[0] * up / depth, depth
+    return lens[2] + lens[0] * right / depth, lens[3] - lens[1] * up / depth, depth
 
 
 @jit
 def _slack(lens: Floats, cube: Floats) -> float:
     """How far, px at 1 m, the centre of a face can appear to be from that of the cube, where it is inside the image.
 
-    A point inside the image and one that is h away from it at depth z appear at most h sqrt(f^2 + r^2) / z apart,
-    r the distance of the image's edge from its middle.
+    A point inside the image and one that is h away from it at depth z appear at most h sqrt(f^2 + r^2) / z apart along
+    either axis, r the largest distance of the image's edge from the pixel of the optical axis.
     """
-    return float(cube[0] * math.hypot(lens[0], 0.5 * max(lens[1], lens[2])))
+    across = max(lens[2] + 0.5, lens[4] - 0.5 - lens[2])
+    along = max(lens[3] + 0.5, lens[5] - 0.5 - lens[3])
+    return float(cube[0] * max(math.hypot(lens[0], across), math.hypot(lens[1], along)))
 
 
 @jit
@@ -137,7 +139,7 @@ def _in_frame(camera: Floats, lens: Floats, marker: Floats, slack: float, work: 
         return False
     margin = slack / depth
     work[4, 0], work[4, 1] = u, v
-    return bool(-margin <= u <= lens[1] - 1.0 + margin and -margin <= v <= lens[2] - 1.0 + margin)
+    return bool(-margin <= u <= lens[4] - 1.0 + margin and -margin <= v <= lens[5] - 1.0 + margin)
 
 
 @jit
@@ -156,11 +158,11 @@ def _tag_area(tag: Floats, camera: Floats, lens: Floats, marker: Floats, cube: F
         gap = camera[k] - marker[k] - cube[0] * tag[0, k]
         facing += tag[0, k] * gap
         distance += gap * gap
-    if facing <= lens[4] * math.sqrt(distance):
+    if facing <= lens[7] * math.sqrt(distance):
         return 0.0
     for corner in range(4):
         u, v, _ = _project(camera, lens, tag[1 + corner, 0], tag[1 + corner, 1], tag[1 + corner, 2])
-        if not (lens[5] <= u <= lens[1] - 1.0 - lens[5] and lens[5] <= v <= lens[2] - 1.0 - lens[5]):
+        if not (lens[8] <= u <= lens[4] - 1.0 - lens[8] and lens[8] <= v <= lens[5] - 1.0 - lens[8]):
             return 0.0
         work[corner, 0], work[corner, 1] = u, v
     return _large_area(lens, work)
@@ -175,7 +177,7 @@ def _large_area(lens: Floats, work: Floats) -> float:
         u1, v1 = work[(corner + 1) % 4, 0], work[(corner + 1) % 4, 1]
         area += 0.5 * (u0 * v1 - u1 * v0)
         longest = max(longest, (u1 - u0) ** 2 + (v1 - v0) ** 2)
-    return abs(area) if abs(area) >= lens[3] * math.sqrt(longest) else 0.0
+    return abs(area) if abs(area) >= lens[6] * math.sqrt(longest) else 0.0
 
 
 @jit
@@ -284,7 +286,7 @@ class GeometricEye:
     labelled as its own.
 
     Args:
-        camera: size and focal length of the pictures.
+        camera: size and intrinsics of the pictures.
         marker: the cube of tags.
         occluders: what can hide the marker, in the order of the views' poses.
 

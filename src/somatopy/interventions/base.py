@@ -28,6 +28,7 @@ class NoIntervention:
     alters_ceiling = False
     moves_arm = False
     columns: Sequence[Column] = ()
+    remark = ""
 
     def check(self, stage: Stage) -> None:
         """Fits everybody."""

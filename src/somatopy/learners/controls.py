@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any
+from types import MappingProxyType
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -41,10 +43,11 @@ class RandomGaze(_Unlearning):
     """
 
     HOLD = 1.0
-    REACHED = 0.02
+    REACHED: ClassVar[Mapping[str, float]] = MappingProxyType({"rad": 0.02, "m": 0.002})
 
     def __init__(self, robot: Robot, rng: np.random.Generator) -> None:
         self._limits = robot.head.limits
+        self._reached = np.array([self.REACHED.get(unit, self.REACHED["rad"]) for unit in robot.head.units])
         self._rng = rng
         self._target: Floats = self._limits.mean(axis=1)
         self._since = -np.inf
@@ -52,7 +55,7 @@ class RandomGaze(_Unlearning):
     def gaze(self, percept: Percept) -> Floats:
         """The target under way, or a new one."""
         held = percept.time - self._since
-        arrived = held > 0 and np.abs(percept.head - percept.head_command).max() < self.REACHED
+        arrived = held > 0 and bool((np.abs(percept.head - percept.head_command) < self._reached).all())
         if arrived or held >= self.HOLD - 1e-9:
             self._target = self._rng.uniform(self._limits[:, 0], self._limits[:, 1])
             self._since = percept.time
@@ -109,7 +112,7 @@ class Fixed(Settings):
 
     head: Annotated[
         tuple[Finite, ...] | None,
-        Doc("That posture, rad; if none, the one that sees the hand most often while babbling."),
+        Doc("That posture, rad, or m of a slide; if none, the one that sees the hand most often while babbling."),
     ] = None
 
     def build(self, context: BuildContext) -> FixedGaze:
@@ -125,7 +128,7 @@ class Fixed(Settings):
             raise ValueError(
                 f"head has {len(self.head)} angles; there are {len(space)} joints: {', '.join(space.names)}"
             )
-        for name, angle, (low, high) in zip(space.names, self.head, space.limits, strict=True):
+        for name, angle, (low, high), unit in zip(space.names, self.head, space.limits, space.units, strict=True):
             if not low <= angle <= high:
-                raise ValueError(f"head: {name} = {angle:g} lies outside its limits [{low:.4f}, {high:.4f}] rad")
+                raise ValueError(f"head: {name} = {angle:g} lies outside its limits [{low:.4f}, {high:.4f}] {unit}")
         return FixedGaze(self.head)

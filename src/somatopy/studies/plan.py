@@ -9,8 +9,10 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
+from somatopy.experiment.building import check_numbers
 from somatopy.experiment.description import Description, DescriptionError
 from somatopy.experiment.provenance import digest
+from somatopy.interventions import PAPER_OFFSET
 from somatopy.registry.places import NOT_BY_PLACE
 from somatopy.studies.code import code_digest
 
@@ -75,7 +77,13 @@ class Cell:
 
     @staticmethod
     def _said(experiment: Description) -> str:
-        return json.dumps(experiment.model_dump(mode="json", exclude={"name"}), sort_keys=True)
+        """The experiment as text. On a NAO, offset = "paper" and the paper's numbers are the same experiment."""
+        said = experiment.model_dump(mode="json", exclude={"name"})
+        if (said["body"]["kind"], said["body"].get("model")) == ("mujoco", "nao"):
+            for settings in (each for phase in said["phases"] for each in phase["interventions"]):
+                if (settings["kind"], settings.get("offset")) == ("offset", "paper"):
+                    settings["offset"] = list(PAPER_OFFSET)
+        return json.dumps(said, sort_keys=True)
 
 
 @dataclass(frozen=True)
@@ -143,6 +151,10 @@ class Study:
 def _check(condition: Condition) -> None:
     if not condition.seeds:
         raise DescriptionError(f"The condition {condition.name!r} has no seeds: give it at least one.")
+    try:
+        check_numbers(condition.experiment)
+    except DescriptionError as error:
+        raise DescriptionError(f"The condition {condition.name!r}: {error}") from error
     kinds = _KIND.findall(condition.experiment.model_dump_json())
     if here := [kind for kind in kinds if kind.startswith("__main__:") or NOT_BY_PLACE.search(kind)]:
         raise DescriptionError(

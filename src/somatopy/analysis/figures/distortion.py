@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from somatopy.analysis.described import on_papers_robot
 from somatopy.analysis.runs import Run
 from somatopy.analysis.series import borders, distance_units, distortion, in_shares, phase_starts
 from somatopy.analysis.style import HITS, PAPER, TREND, mark, source, style
@@ -43,7 +44,7 @@ def _figure(run: Run, side: str, color: str) -> Figure | None:
         axes = figure.add_subplot()
         axes.plot(at, means, color=color, lw=1.6, zorder=3)
         _scale(axes, summary, float(means.max()))
-        if side == "head" and in_shares(unit):
+        if side == "head" and in_shares(unit) and on_papers_robot(run):
             _draw_paper_band(axes, summary)
         for border, name in borders(summary["phases"]):
             mark(axes, border, name)

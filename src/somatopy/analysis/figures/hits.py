@@ -7,6 +7,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from somatopy.analysis.band import spread_of
+from somatopy.analysis.described import on_papers_robot
 from somatopy.analysis.runs import Run
 from somatopy.analysis.series import borders, phase_starts
 from somatopy.analysis.style import BAND, HITS, PAPER, TREND, mark, source, style
@@ -28,8 +29,9 @@ def figure3(run: Run | Mapping[str, Any]) -> Figure:
     """Draw hits per 5-minute window with their trends, in the form of the paper's Figure 3.
 
     A window is drawn where it starts, so that a trend's intercept lies at its segment's first window. The paper's own
-    regression lines start where the run's segments start and are as long as both allow. Behind them a band reaches from
-    the lowest to the highest of the seeds that went beside the run, if any did.
+    regression lines start where the run's segments start and are as long as both allow; a run of another robot is
+    drawn without them. Behind them a band reaches from the lowest to the highest of the seeds that went beside the run,
+    if any did.
 
     Args:
         run: an open run folder, or a summary.
@@ -43,7 +45,8 @@ def figure3(run: Run | Mapping[str, Any]) -> Figure:
         starts = phase_starts(summary["phases"])
         if isinstance(run, Run):
             _draw_band(axes, run)
-        _draw_paper(axes, summary["phases"], starts)
+        if not isinstance(run, Run) or on_papers_robot(run):
+            _draw_paper(axes, summary["phases"], starts)
         for phase, start in zip(summary["phases"], starts, strict=False):
             _draw_phase(axes, phase, start)
         _scale(axes, starts[-1])

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from somatopy.analysis.columns import readable
 from somatopy.analysis.phases import played
 from somatopy.analysis.runs import Run
 from somatopy.analysis.snapshots import Snapshot, paper_snapshot
@@ -20,11 +22,41 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["figure2", "joint_pairs", "yaw_of_units"]
+__all__ = ["figure2", "joint_pairs"]
 
 LINKS = 150
 FEWER_LINKS = 60
 EDGE = "#7f7f7f"
+
+
+@dataclass(frozen=True)
+class _Map:
+    """A map as a reader is shown it: angles in degrees, lengths in metres.
+
+    `at` are the units' postures (units, joints), `limits` the joints' (joints, 2), `joints` and `signs` their names and
+    the signs of their units, `shape` the lattice's.
+    """
+
+    title: str
+    at: Floats
+    limits: Floats
+    shape: tuple[int, int]
+    joints: Sequence[str]
+    signs: Sequence[str]
+
+    @classmethod
+    def of(cls, run: Run, side: str, postures: Floats, limits: Floats, shape: tuple[int, int]) -> _Map:
+        factors, signs = zip(*map(readable, run.units(side)), strict=True)
+        shown = postures * np.array(factors), limits * np.array(factors)[:, None]
+        return cls(f"{side} map", *shown, shape, run.joints(side), signs)
+
+    def spots(self, a: int, b: int) -> Floats:
+        """Where each unit is drawn over two joints, (units, 2); over a single one by its row in the lattice."""
+        rows = np.indices(self.shape)[0 if self.shape[0] > 1 else 1].ravel()
+        return np.column_stack([self.at[:, a], rows if a == b else self.at[:, b]])
+
+    def label(self, joint: int) -> str:
+        return f"{self.joints[joint]} ({self.signs[joint]})" if self.signs[joint] else self.joints[joint]
 
 
 def figure2(run: Run) -> Figure | None:
@@ -46,14 +78,16 @@ def figure2(run: Run) -> Figure | None:
     maps = paper_snapshot(run, path) if path else None
     if maps is None:
         return None
-    arm, head = run.joints("arm"), run.joints("head")
+    arm = _Map.of(run, "arm", maps.arm_postures(), maps.arm_limits, maps.arm_shape)
+    head = _Map.of(run, "head", maps.head_postures(), maps.head_limits, maps.head_shape)
     with style():
         figure = Figure(figsize=(11.0, 8.6), layout="constrained")
         rows: Any = figure.subfigures(2, 1, height_ratios=[1, 1], hspace=0.04)
-        scale = _lattice_space(rows[0], maps, head)
+        scale = _lattice_space(rows[0], maps, arm, head)
         _joint_space(rows[1], maps, arm, head)
-        bar = figure.colorbar(scale, ax=rows[0].axes, shrink=0.8, pad=0.02, format="{x:.0f}°")
-        bar.set_label(f"{head[0]} of the head unit; on the arm map,\nof the unit its strongest link leads to")
+        form = "{x:.0f}°" if head.signs[0] == "°" else f"{{x:.3g}} {head.signs[0]}".rstrip()
+        bar = figure.colorbar(scale, ax=rows[0].axes, shrink=0.8, pad=0.02, format=form)
+        bar.set_label(f"{head.joints[0]} of the head unit; on the arm map,\nof the unit its strongest link leads to")
         minutes = maps.frame / FRAMES_PER_MINUTE
         text = f"Maps and their {_shown(maps)} strongest links after {minutes:.0f} min: {source(summarise(run))}"
         figure.suptitle(text, x=0.01, ha="left", fontsize=11.0)
@@ -63,6 +97,8 @@ def figure2(run: Run) -> Figure | None:
 def joint_pairs(joints: int) -> list[tuple[int, int]]:
     """Which joints to plot against each other: the first two, and the last two where there are more.
 
+    A single joint is paired with itself: it is plotted against the rows of the lattice.
+
     Example:
         >>> joint_pairs(4), joint_pairs(2), joint_pairs(3), joint_pairs(1)
         ([(0, 1), (2, 3)], [(0, 1)], [(0, 1), (1, 2)], [(0, 0)])
@@ -70,11 +106,11 @@ def joint_pairs(joints: int) -> list[tuple[int, int]]:
     return [(0, min(1, joints - 1))] + ([(joints - 2, joints - 1)] if joints > 2 else [])
 
 
-def yaw_of_units(maps: Snapshot) -> Floats:
-    """The head's first joint where each arm unit's strongest link leads, shape (arm units,), rad; NaN without links."""
+def _led_to(maps: Snapshot, values: Floats) -> Floats:
+    """Of values of the head units, those that the arm units' strongest links lead to, (arm units,); NaN without."""
     found = np.full(len(maps.arm_codebook), np.nan)
     pre, post, _ = maps.gaze_links()
-    found[pre] = maps.head_postures()[post, 0]
+    found[pre] = values[post]
     return found
 
 
@@ -91,24 +127,25 @@ def _shown(maps: Snapshot) -> int:
     return min(LINKS, len(maps.gaze_links()[0]))
 
 
-def _lattice_space(figure: Any, maps: Snapshot, head: Sequence[str]) -> Any:
+def _lattice_space(figure: Any, maps: Snapshot, arm: _Map, head: _Map) -> Any:
     """Both lattices as two tilted sheets, the arm's on the left, and links from one to the other."""
     axes = figure.subplots()
     axes.set_axis_off()
     axes.set_aspect("equal")
-    left, right = _sheet(maps.arm_shape, 0.0), _sheet(maps.head_shape, 1.75)
-    low, high = np.degrees(maps.head_limits[0])
+    left, right = _sheet(arm.shape, 0.0), _sheet(head.shape, 1.75)
+    low, high = head.limits[0]
     look: Any = {"cmap": MAP, "vmin": low, "vmax": high, "s": 26.0, "zorder": 3, "linewidths": 0.4}
-    for at, shape in ((left, maps.arm_shape), (right, maps.head_shape)):
+    for at, shape in ((left, arm.shape), (right, head.shape)):
         _draw_edges(axes, at, shape)
-    colors = np.degrees(yaw_of_units(maps))
+    colors = _led_to(maps, head.at[:, 0])
     linked = np.isfinite(colors)
     axes.scatter(*left[~linked].T, s=12.0, facecolor="white", edgecolor="#9a9a9a", linewidths=0.6, zorder=3)
     axes.scatter(*left[linked].T, c=colors[linked], edgecolor="#555555", **look)
-    drawn = axes.scatter(*right.T, c=np.degrees(maps.head_postures()[:, 0]), edgecolor="#555555", **look)
+    drawn = axes.scatter(*right.T, c=head.at[:, 0], edgecolor="#555555", **look)
     _draw_links(axes, left, right, maps)
-    for at, name, shape in ((left, "arm map", maps.arm_shape), (right, "head map", maps.head_shape)):
-        text = f"{name}, {shape[0]} × {shape[1]} units, lattice space"
+    for at, drawn_map in ((left, arm), (right, head)):
+        rows, columns = drawn_map.shape
+        text = f"{drawn_map.title}, {rows} × {columns} units, lattice space"
         axes.text(at[:, 0].mean(), at[:, 1].max() + 0.06, text, ha="center", size=10.5)
     return drawn
 
@@ -120,36 +157,32 @@ def _sheet(shape: tuple[int, int], shift: float) -> Floats:
     return np.column_stack([shift + x + 0.25 * y, y])
 
 
-def _joint_space(figure: Any, maps: Snapshot, arm: Sequence[str], head: Sequence[str]) -> None:
+def _joint_space(figure: Any, maps: Snapshot, arm: _Map, head: _Map) -> None:
     """The units where their codes lie: head in the middle, the arm's joints by pairs to its sides."""
-    pairs = joint_pairs(len(arm))
+    pairs, over = joint_pairs(len(arm.joints)), joint_pairs(len(head.joints))[0]
     panels = figure.subplots(1, 1 + len(pairs), squeeze=False)[0]
     order = [panels[0], *panels[2:]]
-    postures, shape = np.degrees(maps.arm_postures()), maps.arm_shape
-    yaw = np.degrees(yaw_of_units(maps))
-    for axes, (a, b) in zip(order, pairs, strict=True):
-        _draw_map(axes, postures[:, [a, b]], shape, (arm[a], arm[b]), "arm map", yaw, maps)
-    gazes = np.degrees(maps.head_postures())
-    a, b = joint_pairs(len(head))[0]
-    _draw_map(panels[1], gazes[:, [a, b]], maps.head_shape, (head[a], head[b]), "head map", gazes[:, 0], maps)
-    for axes, (c, d) in zip(order, pairs, strict=True):
-        _draw_links_between(figure, axes, panels[1], postures[:, [c, d]], gazes[:, [a, b]], maps)
+    yaw = _led_to(maps, head.at[:, 0])
+    for axes, pair in zip(order, pairs, strict=True):
+        _draw_map(axes, arm, pair, yaw, head.limits[0])
+    _draw_map(panels[1], head, over, head.at[:, 0], head.limits[0])
+    for axes, pair in zip(order, pairs, strict=True):
+        _draw_links_between(figure, axes, panels[1], arm.spots(*pair), head.spots(*over), maps)
 
 
-def _draw_map(
-    axes: Axes, at: Floats, shape: tuple[int, int], names: tuple[str, str], title: str, colors: Floats, maps: Snapshot
-) -> None:
-    low, high = np.degrees(maps.head_limits[0])
-    _draw_edges(axes, at, shape)
+def _draw_map(axes: Axes, drawn: _Map, pair: tuple[int, int], colors: Floats, limits: Floats) -> None:
+    at, (a, b) = drawn.spots(*pair), pair
+    _draw_edges(axes, at, drawn.shape)
     linked = np.isfinite(colors)
     axes.scatter(
         at[~linked, 0], at[~linked, 1], s=5.0, facecolor="white", edgecolor="#9a9a9a", linewidths=0.5, zorder=3
     )
     look: Any = {"s": 17.0, "edgecolor": "white", "linewidths": 0.3, "zorder": 3}
-    axes.scatter(at[linked, 0], at[linked, 1], c=colors[linked], cmap=MAP, vmin=low, vmax=high, **look)
-    axes.set_xlabel(f"{names[0]} (°)")
-    axes.set_ylabel(f"{names[1]} (°)", bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.0})
-    axes.set_title(f"{title}, joint space")
+    axes.scatter(at[linked, 0], at[linked, 1], c=colors[linked], cmap=MAP, vmin=limits[0], vmax=limits[1], **look)
+    up = drawn.label(b) if a != b else "row in the lattice"
+    axes.set_xlabel(drawn.label(a))
+    axes.set_ylabel(up, bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.0})
+    axes.set_title(f"{drawn.title}, joint space")
     axes.grid(False)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,6 +19,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 __all__ = ["misses_figure"]
+
+#: Letters of the title to an inch.
+LETTERS = 11.5
 
 
 def misses_figure(run: Run) -> Figure | None:
@@ -38,7 +42,8 @@ def misses_figure(run: Run) -> Figure | None:
     first, last = min(found), max(found)
     joints = found[first].joints
     with style():
-        figure = Figure(figsize=(2.3 * len(joints) + 1.2, 2.3 * len(joints) + 0.6), layout="constrained")
+        edge = 2.3 * len(joints) if len(joints) > 1 else 4.6
+        figure = Figure(figsize=(edge + 1.2, edge + 0.6), layout="constrained")
         panels = figure.subplots(len(joints), len(joints), squeeze=False, sharex="col")
         for (row, column), axes in np.ndenumerate(panels):
             _clean(axes)
@@ -49,8 +54,9 @@ def misses_figure(run: Run) -> Figure | None:
             else:
                 axes.set_axis_off()
             _label(axes, row, column, found[first])
-        bar = figure.colorbar(drawn, ax=panels, shrink=0.5, aspect=30, pad=0.02, format="{x:.0f} %")
-        bar.set_label("frames in which the hand was not seen")
+        if len(joints) > 1:
+            bar = figure.colorbar(drawn, ax=panels, shrink=0.5, aspect=30, pad=0.02, format="{x:.0f} %")
+            bar.set_label("frames in which the hand was not seen")
         _title(figure, panels, summary, names, first, last)
     return figure
 
@@ -84,9 +90,11 @@ def _draw_joint(axes: Axes, phases: Mapping[str, Regions], joint: int) -> None:
 
 
 def _label(axes: Axes, row: int, column: int, regions: Regions) -> None:
+    if regions.units[column] != "rad":
+        axes.locator_params(axis="x", nbins=3)
     if row == len(regions.joints) - 1:
         axes.set_xlabel(regions.axis(column), fontsize=9.0)
-    if column == (1 if row == 0 else 0):
+    if column == (1 if row == 0 else 0) and row != column:
         axes.set_ylabel(regions.axis(row), fontsize=9.0)
     elif row == column:
         axes.set_ylabel("missed (%)", fontsize=9.0)
@@ -97,5 +105,10 @@ def _label(axes: Axes, row: int, column: int, regions: Regions) -> None:
 
 def _title(figure: Figure, panels: Any, summary: Mapping[str, Any], names: list[str], first: int, last: int) -> None:
     where = names[first] if first == last else f"below the diagonal {names[first]}, above it {names[last]}"
-    text = f"How often each arm region is missed: {source(summary)}\n{where}; grey: fewer than {FEW} frames"
+    few = f"grey: fewer than {FEW} frames"
+    if panels.size == 1:
+        where, few = names[first] if first == last else f"{names[first]} and {names[last]}", few.replace("grey", "gaps")
+    said = f"How often each arm region is missed: {source(summary)}", f"{where}; {few}"
+    room = int(LETTERS * figure.get_figwidth())
+    text = "\n".join(line for whole in said for line in wrap(whole, room))
     figure.suptitle(text, x=0.01, ha="left", fontsize=11.0)

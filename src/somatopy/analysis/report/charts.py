@@ -11,6 +11,7 @@ import numpy as np
 from somatopy.analysis.band import spread_of
 from somatopy.analysis.bounds import ceiling_shares, reactive_efficiency
 from somatopy.analysis.columns import readable
+from somatopy.analysis.described import on_papers_robot
 from somatopy.analysis.figures.distortion import PAPER_HEAD_BAND
 from somatopy.analysis.figures.efficiency import line
 from somatopy.analysis.phases import phase_title
@@ -51,7 +52,7 @@ def hits_chart(runs: Sequence[Drawn]) -> Figure:
     figure = _figure("hits per 5-minute window (frames)", runs)
     if len(runs) == 1:
         _add_band(figure, runs[0][1])
-        _add_paper(figure, runs[0][2])
+        _add_paper(figure, *runs[0][1:])
     for index, (name, _, summary) in enumerate(runs):
         color, dash = (HITS, "solid") if len(runs) == 1 else look(index)
         counts = [phase["hits_per_window"] for phase in summary["phases"]]
@@ -99,7 +100,7 @@ def distortion_chart(runs: Sequence[Drawn], side: str) -> Figure | None:
         color, dash = (HITS if side == "arm" else TREND, "solid") if len(runs) == 1 else look(index)
         label = f"{side} map" if len(runs) == 1 else name if alike else f"{name}, {units[name] or '[0, 1]'}"
         _add(figure, at, means, label, color, dash=dash, decimals=4)
-    if side == "head" and not unit:
+    if side == "head" and not unit and any(on_papers_robot(run) for _, run, _ in runs):
         low, high = PAPER_HEAD_BAND
         note = {"annotation_text": "the paper, after 10 min", "annotation_position": "top right"}
         figure.add_hrect(low, high, fillcolor="#f0f0f0", line_width=0, layer="below", **note)
@@ -126,13 +127,18 @@ def gaze_chart(runs: Sequence[Drawn]) -> Figure | None:
 
 
 def misses_chart(run: Run, summary: Summary) -> Figure | None:
-    """How often each arm region is missed, phase beside phase, the pair of joints chosen from a list."""
+    """How often each arm region is missed, phase beside phase, the pair of joints chosen from a list.
+
+    Of an arm with a single joint, lines over that joint.
+    """
     from plotly.subplots import make_subplots
 
     found = arm_regions(run)
     if not found:
         return None
     pairs, titles = list(next(iter(found.values())).frames), [phase_title(summary, p) for p in found]
+    if pairs == [(0, 0)]:
+        return _misses_of_one_joint(dict(zip(titles, found.values(), strict=True)))
     figure = make_subplots(1, len(found), subplot_titles=titles, shared_yaxes=True, horizontal_spacing=0.05)
     for number, pair in enumerate(pairs):
         for column, regions in enumerate(found.values(), 1):
@@ -144,6 +150,16 @@ def misses_chart(run: Run, summary: Summary) -> Figure | None:
     figure.update_xaxes(title_text=any_phase.axis(a), showgrid=False)
     figure.update_yaxes(title_text=any_phase.axis(b), showgrid=False, col=1)
     figure.update_layout(plot_bgcolor=UNSEEN, margin_t=92, hovermode="closest")
+    return figure
+
+
+def _misses_of_one_joint(found: Mapping[str, Regions]) -> Figure:
+    figure = plain_figure(360)
+    for index, (title, regions) in enumerate(found.items()):
+        color, dash = look(index)
+        _add(figure, _middles(regions, 0), 100 * regions.along(0), title, color, dash=dash, decimals=0)
+        figure.update_xaxes(title_text=regions.axis(0))
+    figure.update_yaxes(title_text="missed (%)", range=[0, 100])
     return figure
 
 
@@ -229,9 +245,9 @@ def _add_trends(figure: Figure, summary: Summary, color: str, named: bool) -> No
             shown = True
 
 
-def _add_paper(figure: Figure, summary: Summary) -> None:
-    """The paper's regressions where this run has the segments they belong to, as far as it goes."""
-    phases, shown = summary["phases"], False
+def _add_paper(figure: Figure, run: Run, summary: Summary) -> None:
+    """The paper's regressions where a run of its robot has the segments they belong to, as far as it goes."""
+    phases, shown = summary["phases"] if on_papers_robot(run) else [], False
     for index, lines in paper_lines(phases):
         for paper in lines:
             length = min(paper.last, len(phases[index]["hits_per_window"]) - 1) - paper.first

@@ -26,8 +26,8 @@
     const view = document.getElementById("maps-view");
     const windows = maps.windows.map((w) => ({
       ...w,
-      arm: degrees(unpack(w.arm)),
-      head: degrees(unpack(w.head)),
+      arm: shown("arm", unpack(w.arm)),
+      head: shown("head", unpack(w.head)),
       leads: unpack(w.leads),
       pre: unpack(w.pre),
       strength: unpack(w.strength),
@@ -38,7 +38,7 @@
     slider.value = windows.length - 1;
     view.add(new Option("lattice space", "lattice"));
     maps.arm.pairs.forEach(([a, b], k) => {
-      view.add(new Option(`joint space: ${maps.arm.joints[a]}, ${maps.arm.joints[b]}`, String(k)));
+      view.add(new Option(`joint space: ${[...new Set([a, b])].map((j) => maps.arm.joints[j]).join(", ")}`, String(k)));
     });
     slider.addEventListener("input", draw);
     view.addEventListener("change", draw);
@@ -49,10 +49,12 @@
       const view = new DataView(bytes.buffer);
       return Array.from({ length: bytes.length / 2 }, (_, k) => view.getInt16(2 * k, true));
     }
-    function degrees(values) {
-      return values.map((value) => value / maps.steps);
+    /* Degrees or metres, joint after joint. */
+    function shown(side, values) {
+      const { steps } = maps[side];
+      return values.map((value, k) => value / steps[k % steps.length]);
     }
-    /* The least and the greatest angle of each joint over all windows. */
+    /* The least and the greatest value of each joint over all windows. */
     function spans(side) {
       const n = maps[side].joints.length;
       return Array.from({ length: n }, (_, j) => {
@@ -70,10 +72,13 @@
       const n = maps[side].joints.length;
       const shift = side === "head" ? SHIFT : 0;
       const at = (k, j) => (w[side][k * n + j] - ranges[side][j][0]) / (ranges[side][j][1] - ranges[side][j][0]);
+      const across = (k) => (k % columns) / Math.max(columns - 1, 1);
+      const up = (k) => Math.floor(k / columns) / Math.max(rows - 1, 1);
+      const row = rows > 1 ? up : across;
       const spot = (k) =>
         pair
-          ? [shift + at(k, pair[0]), at(k, pair[1])]
-          : [shift + (k % columns) / Math.max(columns - 1, 1), Math.floor(k / columns) / Math.max(rows - 1, 1)];
+          ? [shift + at(k, pair[0]), pair[0] === pair[1] ? row(k) : at(k, pair[1])]
+          : [shift + across(k), up(k)];
       return Array.from({ length: rows * columns }, (_, k) => spot(k));
     }
     function edges(spots, [rows, columns]) {
@@ -117,35 +122,47 @@
     }
     function posture(w, side, k) {
       const n = maps[side].joints.length;
-      return maps[side].joints.map((name, j) => `${name} ${w[side][k * n + j].toFixed(0)}°`).join(", ");
+      return maps[side].joints.map((name, j) => `${name} ${written(side, j, w[side][k * n + j])}`).join(", ");
+    }
+    function written(side, joint, value) {
+      const sign = maps[side].signs[joint];
+      return `${value.toFixed(maps[side].decimals[joint])}${sign === "°" ? "" : " "}${sign}`;
     }
     function ticks(side, joint, shift) {
       const [low, high] = ranges[side][joint];
-      const step = [5, 10, 20, 50, 100].find((s) => (high - low) / s <= 5) || 200;
+      const fine = maps[side].signs[joint] === "°" ? [1, 2] : [0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2];
+      const step = [...fine, 5, 10, 20, 50, 100].find((s) => (high - low) / s <= 5) || 200;
       const values = [];
-      for (let v = Math.ceil(low / step) * step; v <= high; v += step) values.push(v);
-      return { tickvals: values.map((v) => shift + (v - low) / (high - low)), ticktext: values.map((v) => `${v}°`) };
+      for (let k = Math.ceil(low / step); k * step <= high; k++) values.push(k * step);
+      return {
+        tickvals: values.map((v) => shift + (v - low) / (high - low)),
+        ticktext: values.map((v) => written(side, joint, v)),
+      };
+    }
+    /* A single joint is drawn over the rows of its lattice, which have no ticks. */
+    function upTicks(side, [a, b]) {
+      return a === b ? { tickvals: [] } : ticks(side, b, 0);
     }
     function axes(pair) {
       const base = { showgrid: false, showline: Boolean(pair), zeroline: false, fixedrange: true, linecolor: "#222" };
-      const names = (side, [a, b]) => `${maps[side].joints[a]} (across), ${maps[side].joints[b]} (up)`;
+      const names = (side, [a, b]) =>
+        `${maps[side].joints[a]} (across), ${a === b ? "row in the lattice" : maps[side].joints[b]} (up)`;
       const [armText, headText] = pair
         ? [`arm map: ${names("arm", pair)}`, `head map: ${names("head", maps.head.pairs[0])}`]
         : [`arm map, ${maps.arm.shape.join(" × ")} units`, `head map, ${maps.head.shape.join(" × ")} units`];
       const note = { yref: "paper", y: 1.02, yanchor: "bottom", showarrow: false, font: { size: 13 } };
       const layout = {
         xaxis: { ...base, range: [-0.05, SHIFT + 1.05], showticklabels: Boolean(pair) },
-        yaxis: { ...base, range: [-0.05, 1.05], showticklabels: Boolean(pair) },
+        yaxis: { ...base, range: [-0.05, 1.05], showticklabels: Boolean(pair), automargin: Boolean(pair) },
         yaxis2: { ...base, range: [-0.05, 1.05], overlaying: "y", side: "right", showticklabels: Boolean(pair) },
         annotations: [{ ...note, x: 0.5, text: armText }, { ...note, x: SHIFT + 0.5, text: headText }],
       };
       if (pair) {
-        const [c, d] = maps.head.pairs[0];
-        const [left, right] = [ticks("arm", pair[0], 0), ticks("head", c, SHIFT)];
+        const [left, right] = [ticks("arm", pair[0], 0), ticks("head", maps.head.pairs[0][0], SHIFT)];
         layout.xaxis.tickvals = [...left.tickvals, ...right.tickvals];
         layout.xaxis.ticktext = [...left.ticktext, ...right.ticktext];
-        Object.assign(layout.yaxis, ticks("arm", pair[1], 0));
-        Object.assign(layout.yaxis2, ticks("head", d, 0));
+        Object.assign(layout.yaxis, upTicks("arm", pair));
+        Object.assign(layout.yaxis2, upTicks("head", maps.head.pairs[0]));
       }
       return layout;
     }
@@ -180,7 +197,7 @@
         font: { family: "system-ui, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif", size: 12, color: "#222" },
         coloraxis: {
           colorscale: "Cividis", cmin: maps.yaw[0], cmax: maps.yaw[1],
-          colorbar: { title: { text: `${maps.head.joints[0]} (°)`, side: "top" }, thickness: 12, x: 1.06 },
+          colorbar: { title: { text: `${maps.head.joints[0]} (${maps.head.signs[0]})`, side: "top" }, thickness: 12, x: 1.06 },
         },
       };
       Plotly.react("plot-maps", traces, layout, { ...CONFIG, modeBarButtons: [["toImage"]] });

@@ -16,7 +16,7 @@ from somatopy.analysis.band import verdict_rows, verdicts_of
 from somatopy.analysis.bounds import why_no_ceiling
 from somatopy.analysis.claims import VERDICTS, judge
 from somatopy.analysis.comparison import compare
-from somatopy.analysis.described import PROVENANCE, leaves, written_by
+from somatopy.analysis.described import PROVENANCE, leaves, on_papers_robot, remarks_of, written_by
 from somatopy.analysis.groups import Group, as_study, grouped
 from somatopy.analysis.phases import kind_name, phase_title, played
 from somatopy.analysis.report.charts import (
@@ -63,6 +63,7 @@ class Source:
         summary: its measures.
         standings: bounds, itself, controls.
         units: unit of the distances from arm and head to their winners.
+        on_papers_robot: whether its robot is the paper's.
     """
 
     name: str
@@ -70,13 +71,14 @@ class Source:
     summary: Mapping[str, Any]
     standings: Sequence[Standing]
     units: Mapping[str, str]
+    on_papers_robot: bool
 
     @classmethod
     def of(cls, path: str | os.PathLike[str], name: str | None = None) -> Source:
         """Open a run folder and compute what the report says of it."""
         run = load_run(path)
-        summary = summarise(run)
-        return cls(name or run.path.resolve().name, run, summary, standings(run, summary), distance_units(run))
+        summary, named = summarise(run), name or run.path.resolve().name
+        return cls(named, run, summary, standings(run, summary), distance_units(run), on_papers_robot(run))
 
 
 def write_report(paths: Sequence[str | os.PathLike[str]], out: str | os.PathLike[str] | None = None) -> Path:
@@ -119,11 +121,13 @@ def _names(paths: Sequence[str | os.PathLike[str]]) -> list[str]:
 
 def _content(sources: Sequence[Source]) -> dict[str, Any]:
     first, alone = sources[0], len(sources) == 1
-    judged = [judge(found.summary, found.units) for found in sources]
+    judged = [judge(found.summary, found.units, found.on_papers_robot) for found in sources]
+    beside = any(found.on_papers_robot for found in sources)
     maps = explorer(first.run) if alone else None
     claims = [
         {"claim": claim, "findings": [found[index][1] for found in judged]}
         for index, (claim, _) in enumerate(judged[0])
+        if beside
     ]
     return {
         "title": first.name if alone else f"{len(sources)} runs compared",
@@ -147,7 +151,8 @@ def _content(sources: Sequence[Source]) -> dict[str, Any]:
         "maps": maps and embeddable(maps),
         "own_maps": OWN_MAPS if alone and first.run.snapshots and maps is None else "",
         "figures": list(_pictures(first.run)) if alone else [],
-        "rows": comparison(first.summary, first.units) if alone else [],
+        "rows": comparison(first.summary, first.units, first.on_papers_robot) if alone else [],
+        "beside_paper": beside,
         "runs": [_what_was_run(source) for source in sources],
     }
 
@@ -235,6 +240,7 @@ def _what_was_run(source: Source) -> dict[str, Any]:
         "name": source.name,
         "settings": list(leaves(described)),
         "written_by": written_by(run),
+        "remarks": remarks_of(run),
         "cite": cite if isinstance(cite, list) else [cite],
         "cost": cost(run.cost),
     }

@@ -1,0 +1,74 @@
+"""A model's description, compiled, and what it must have."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import mujoco
+
+from somatopy.bodies.anatomy import Anatomy
+from somatopy.bodies.base import BodyError
+from somatopy.bodies.foreign import said
+
+__all__ = ["available", "compiled", "parse", "require"]
+
+
+def parse(path: Path) -> mujoco.MjSpec:
+    """The description in a file.
+
+    Raises:
+        BodyError: it is missing, or MuJoCo cannot read it.
+    """
+    if not path.is_file():
+        raise BodyError(f"The model {path} does not exist.")
+    if path.suffix.lower() == ".mjb":
+        raise BodyError(
+            f"The model {path} is compiled (.mjb), so that nothing can be added to it any more. Name the MJCF (.xml) "
+            "or URDF (.urdf) that it was made from."
+        )
+    try:
+        return mujoco.MjSpec.from_file(str(path))
+    except ValueError as error:
+        raise BodyError(f"MuJoCo cannot read the model {path}: {said(error, path)}") from error
+
+
+def compiled(spec: mujoco.MjSpec, path: Path) -> mujoco.MjModel:
+    """The model of a description, which stays as it is: MuJoCo takes things out of a compiled one 20 times more slowly.
+
+    Raises:
+        BodyError: MuJoCo cannot compile it.
+    """
+    try:
+        return spec.copy().compile()
+    except ValueError as error:
+        raise BodyError(f"MuJoCo cannot compile the model {path}: {said(error, path)}") from error
+
+
+def require(spec: mujoco.MjSpec, anatomy: Anatomy, kind: str, names: Sequence[str]) -> None:
+    """A joint, camera, body or keyframe of each name.
+
+    Raises:
+        BodyError: one does not exist; the message names those that do.
+    """
+    parts = {"joint": spec.joints, "camera": spec.cameras, "body": spec.bodies, "keyframe": spec.keys}[kind]
+    there = [part.name for part in parts]
+    for name in names:
+        if not name or name not in there:
+            raise BodyError(
+                f"The {kind} {name!r} does not exist in {anatomy.model}. Available: {available(kind, parts)}."
+            )
+
+
+def available(kind: str, parts: Sequence[Any]) -> str:
+    """The names of parts of a spec, and how many have none, in which bodies, and how to name them."""
+    named = ", ".join(part.name for part in parts if part.name)
+    nameless = [part for part in parts if not part.name]
+    if not nameless:
+        return named or "none"
+    on = [part.parent.name for part in nameless] if kind in ("joint", "camera") else []
+    where = sorted({repr(body) if body else "a body without a name" for body in on})
+    count = f"an unnamed {kind}" if len(nameless) == 1 else f"{len(nameless)} unnamed {kind}s"
+    place = f" (on {', '.join(where)})" if where else ""
+    return f'{f"{named}, and " if named else ""}{count}{place}; to use one, give it name="..." in the model'
