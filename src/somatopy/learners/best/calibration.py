@@ -15,7 +15,7 @@ __all__ = ["bin_of", "fit_sheet", "learn_bias", "learn_ends", "learn_gain", "lea
 BIAS_RATE, BIAS_MOST, STRIDE_SHARE = 0.05, 0.3, 0.8
 GAIN_RATE, GAIN_LEAST, TURN_LEAST = 0.05, 0.05 / 2.56, 0.05
 SPEED_RATE, WAY_LEAST = 0.02, 0.05
-SETTLED, PICTURES = -1, 1.4
+SETTLED, PICTURES = 100, 1.4
 
 
 @jit
