@@ -47,6 +47,8 @@ install_packages() {
     .venv/bin/python -m pip --version >/dev/null 2>&1 || make_venv
     say "installing the Python packages into .venv (the first time takes some minutes)"
     .venv/bin/python -m pip install --quiet --disable-pip-version-check --editable ".${1:+[$1]}"
+    # Its models are for any MuJoCo, but the package asks for an older one.
+    [ "${1:-}" != test ] || .venv/bin/python -m pip install --quiet --disable-pip-version-check --no-deps gym-aloha
     touch ".venv/ready${1:+-$1}"
 }
 

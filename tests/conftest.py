@@ -1,4 +1,4 @@
-"""Hypothesis without a clock; the markers `gl`, `osmesa`, `browser` and `cluster`: no test is skipped in silence."""
+"""Hypothesis without a clock; the markers `gl`, `osmesa`, `browser`, `cluster`, `robots`: no silent skips."""
 
 from __future__ import annotations
 
@@ -17,7 +17,13 @@ settings.register_profile("somatopy", deadline=None, derandomize=True)
 settings.load_profile("somatopy")
 
 #: Why tests of each marker are skipped, where they are.
-REASONS = {"gl": "needs OpenGL", "osmesa": "needs OSMesa", "browser": "needs Chromium", "cluster": "needs Ray nodes"}
+REASONS = {
+    "gl": "needs OpenGL",
+    "osmesa": "needs OSMesa",
+    "browser": "needs Chromium",
+    "cluster": "needs Ray nodes",
+    "robots": "needs packages with robots",
+}
 
 #: A command in a network of its own, where only the loopback is. Who is not root is so in a user namespace only.
 NAMESPACE = ("unshare", "--net") if os.geteuid() == 0 else ("unshare", "--map-root-user", "--net")
@@ -72,6 +78,15 @@ def why_no_cluster() -> str | None:
     return why_no_namespace()
 
 
+@cache
+def why_no_robots() -> str | None:
+    """Why the robots of examples/robots cannot be built, or None if they can."""
+    packages = ("dm_control", "gymnasium_robotics", "gym_aloha")
+    missing = [name for name in packages if importlib.util.find_spec(name) is None]
+    install = 'pip install "somatopy[robots]", and then pip install --no-deps gym-aloha'
+    return f"Not installed: {', '.join(missing)}; {install}." if missing else None
+
+
 @pytest.fixture(autouse=True, scope="session")
 def cache_of_its_own(tmp_path_factory: pytest.TempPathFactory) -> Generator[None, None, None]:
     """No test writes to the user's cache folder, or reads what is there."""
@@ -94,6 +109,10 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
         if os.environ.get("CI") == "true" and why_no_namespace() is None:
             pytest.fail(f"CI=true allows no skip. {why_no_cluster()}", pytrace=False)
         pytest.skip(REASONS["cluster"])
+    if item.get_closest_marker("robots") is not None and why_no_robots() is not None:
+        if os.environ.get("CI") == "true":
+            pytest.fail(f"CI=true allows no skip. {why_no_robots()}", pytrace=False)
+        pytest.skip(REASONS["robots"])
     if item.get_closest_marker("osmesa") is not None and why_no_osmesa() is not None:
         pytest.skip(REASONS["osmesa"])
 
@@ -106,7 +125,13 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> Genera
     missing = {marker: sum(reason in said for said in skipped) for marker, reason in REASONS.items()}
     if any(missing.values()):
         terminalreporter.section("TESTS THAT DID NOT RUN", red=True, bold=True)
-    reasons = {"gl": why_no_gl, "osmesa": why_no_osmesa, "browser": why_no_browser, "cluster": why_no_cluster}
+    reasons = {
+        "gl": why_no_gl,
+        "osmesa": why_no_osmesa,
+        "browser": why_no_browser,
+        "cluster": why_no_cluster,
+        "robots": why_no_robots,
+    }
     for marker, why in reasons.items():
         if missing[marker]:
             terminalreporter.line(f"{missing[marker]} tests did not run. {why()}", red=True)

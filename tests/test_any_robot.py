@@ -22,8 +22,8 @@ from somatopy.api import resume
 from somatopy.bodies import MujocoBody
 from somatopy.cli import main
 from somatopy.cli.report import illustrate
-from somatopy.experiment import Description
-from somatopy.experiment.ceiling import ceiling
+from somatopy.experiment import Description, DescriptionError
+from somatopy.experiment.ceiling import Vantages, ceiling, reachable
 from somatopy.experiment.evaluate import evaluate
 from somatopy.interventions.offset import paper_offset
 
@@ -75,6 +75,13 @@ def robot(shape: Shape, motion: str = "kinematic") -> Iterator[tuple[Path, Mujoc
             yield anatomy, body
 
 
+def check_refusal(refused: DescriptionError, body: MujocoBody) -> None:
+    """A run is refused where no head posture shows the hand at any of its arm postures, and only there."""
+    assert "the hand is never seen" in str(refused)
+    arms = np.random.default_rng(0).uniform(*body.ranges["confined"].T, (300, len(body.arm)))
+    assert reachable(Vantages.of(body), arms).mean() < 0.02
+
+
 @given(shape=SHAPES, seed=st.integers(0, 99))
 @example(shape=LEAST, seed=0)
 @example(shape=MOST, seed=1)
@@ -85,7 +92,11 @@ def test_a_robot_runs_and_is_reported(shape: Shape, seed: int) -> None:
     """From the anatomy file to the page, as a user goes; what is said agrees with what was recorded."""
     with robot(shape) as (anatomy, body):
         description = described(anatomy, "kinematic", seed)
-        done = run(description, anatomy.parent / "run", progress=False)
+        try:
+            done = run(description, anatomy.parent / "run", progress=False)
+        except DescriptionError as refused:
+            check_refusal(refused, body)
+            return
         check_frames(done, body, shape, "kinematic")
         check_ceiling(done, body)
         check_said(done, body)

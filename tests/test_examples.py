@@ -14,7 +14,6 @@ import pytest
 
 import somatopy
 from somatopy.analysis.runs import Run
-from somatopy.bodies import Anatomy
 from somatopy.cli.options import parse
 from somatopy.contract import parts
 from somatopy.experiment import PRESETS, Description, DescriptionError, Session, load_description
@@ -208,9 +207,3 @@ def test_the_parts_in_contributing_run(tmp_path: Path, monkeypatch: pytest.Monke
         with Session(described.replaced(learner=learner)) as session:
             gazes.append(next(session).gaze)
     assert gazes[1] == pytest.approx(gazes[0] + 0.1)
-
-
-def test_the_anatomy_in_contributing_is_valid(tmp_path: Path) -> None:
-    """All its keys are known, and none that is needed is missing."""
-    (tmp_path / "my_robot.toml").write_text(CONTRIBUTING.split("```toml")[1].split("```")[0])
-    assert Anatomy.load(tmp_path / "my_robot.toml").arm.joints == ("shoulder", "elbow")

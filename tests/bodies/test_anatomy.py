@@ -48,6 +48,10 @@ def test_every_error_of_a_description_is_a_value_error() -> None:
         (("[2.0, 3.0]", "[2.0, inf]"), r"arm.velocity.1: .*finite"),
         (('["lift", "swing"]', '["lift", "lift"]'), r"arm: .*a joint stands twice in \['lift', 'lift'\]"),
         (('["lift", "swing"]', '["lift", "pan"]'), r"arm or head, not to both: \['pan'\]"),
+        (
+            ('["pan", "tilt"]\nvelocity = [4.0, 4.0]', '["pan", "tilt", "roll", "nod"]'),
+            r"head: .*one to 3 joints.*keep at most 3 of \['pan', 'tilt', 'roll', 'nod'\].*freeze",
+        ),
         (("width = 200", "width = 0"), r"camera.width: .*greater than 0"),
         (("width = 200", "width = 'wide'"), r"camera.width: .*valid integer"),
         (("[0.12, 0.0, 0.0]", "[0.12, 0.0]"), r"marker.position.2: Field required"),

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from somatopy.cli import main
+from somatopy.experiment import session
 from somatopy.experiment.evaluate import evaluate
 from somatopy.experiment.run_folder import CHECKPOINT
 
@@ -50,8 +51,11 @@ def test_text_says_the_same(folder: Path, capsys: pytest.CaptureFixture[str]) ->
         assert words in text
 
 
-def test_where_nothing_can_be_seen_there_is_no_efficiency(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """The text says n/a, the object null."""
+def test_where_nothing_can_be_seen_there_is_no_efficiency(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The text says n/a, the object null; a run is refused there, were it not for the patch."""
+    monkeypatch.setattr(session, "require_sight", lambda *_: None)
     behind = ["--babbling.range", *["1.9", "2.0", "1.2", "1.3", "-0.1", "0.1", "-0.1", "-0.04"]]
     assert main(["run", "paper", *QUICK, *MAPS, *behind, "--out", str(tmp_path / "run")]) == 0
     capsys.readouterr()

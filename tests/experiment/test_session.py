@@ -698,7 +698,7 @@ def test_a_range_that_is_edited_has_a_movement_of_its_own(short: Short, own_cach
     """Its name stays, and so does all else that the description says."""
     described = short(body={"motion": "dynamic"}, babbling={"range": "confined"}, phases=[{"frames": 30}])
     anatomy = Anatomy.load(anatomy_path("nao"))
-    narrow = tuple((low, low + 0.1) for low, _ in anatomy.ranges["confined"])
+    narrow = tuple((0.5 * (low + high), high) for low, high in anatomy.ranges["confined"])
     edited = anatomy.model_copy(update={"ranges": {"confined": narrow}})
     for robot in (anatomy, edited):
         with Session(described, body=MujocoBody(robot, arm_speed=described.babbling.speed)) as session:

@@ -43,6 +43,10 @@ class Coupling(Table):
         return self
 
 
+#: Of so many joints a grid of head postures can be searched for the ceiling.
+MOST_HEAD_JOINTS = 3
+
+
 class Joints(Table):
     """Joint names, in the order of the posture vector, and what limits them.
 
@@ -88,6 +92,11 @@ class Head(Joints):
 
     @model_validator(mode="after")
     def _coupled(self) -> Self:
+        if len(self.joints) > MOST_HEAD_JOINTS:
+            raise ValueError(
+                f"a head has one to {MOST_HEAD_JOINTS} joints, since its ceiling is searched over a grid of them; keep "
+                f"at most {MOST_HEAD_JOINTS} of {list(self.joints)}, and let the others stand still: [add] freeze"
+            )
         if self.coupling is None:
             return self
         for name in (self.coupling.joint, self.coupling.by):
