@@ -11,6 +11,7 @@ import pytest
 
 from somatopy.bodies import BodyError, MujocoBody
 from somatopy.bodies.foreign import check_servos, prepare, said
+from somatopy.bodies.loading import compiled, parse
 from somatopy.bodies.marker import SITE, add_marker
 from somatopy.eyes import FiducialEye, GeometricEye
 from somatopy.percept import Image, Marker
@@ -211,7 +212,7 @@ def test_joint_that_no_figure_can_name_is_refused(robot: Robot, name: str) -> No
     ("file", "mend"), [("package://my_arm/meshes/boom.stl", "strippath"), ("boom.stl", "meshdir"), ("", "")]
 )
 def test_file_that_a_urdf_names_and_nobody_has_is_answered_with_the_line_to_write(file: str, mend: str) -> None:
-    """`package://` means nothing to MuJoCo."""
+    """Where it is looked for, and what to write if it is elsewhere."""
     mesh = URDF.replace(
         '<collision><geometry><cylinder radius=".02" length=".3"/>', f'<collision><geometry><mesh filename="{file}"/>'
     )
@@ -220,6 +221,44 @@ def test_file_that_a_urdf_names_and_nobody_has_is_answered_with_the_line_to_writ
     words = said(caught.value, Path("robots/arm.urdf"))
     assert mend in words and "\n" not in words
     assert not file or ("boom.stl" in words and "looked for in robots" in words)
+
+
+@pytest.mark.parametrize("folder", ["my_arm", "my_arm-main"])
+def test_mesh_of_a_package_is_found_above_the_model(tmp_path: Path, folder: str) -> None:
+    """A checkout of a ROS package is read as it is, whatever its folder is called, and from wherever."""
+    model = tmp_path / folder / "urdf" / "arm.urdf"
+    model.parent.mkdir(parents=True)
+    cylinder = '<collision><geometry><cylinder radius=".02" length=".3"/>'
+    model.write_text(URDF.replace(cylinder, '<collision><geometry><mesh filename="package://my_arm/meshes/boom.obj"/>'))
+    with pytest.raises(BodyError, match=r"boom\.obj.*in a folder NAME"):
+        compiled(parse(model), model)
+    mesh = tmp_path / folder / "meshes" / "boom.obj"
+    mesh.parent.mkdir()
+    mesh.write_text("v 0 0 0\nv .3 0 0\nv 0 .02 0\nv 0 0 .02\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
+    model_read = compiled(parse(model), model)
+    assert np.ptp(model_read.mesh_vert, axis=0).max() == pytest.approx(0.3, abs=0.02)
+
+
+def test_first_link_of_a_urdf_passes_through_what_carries_it(tmp_path: Path) -> None:
+    """As the second passes through the first: MuJoCo lets neighbours touch only where one of them stands fixed."""
+    box = '<collision><geometry><box size=".2 .2 .2"/></geometry></collision>'
+    mass = '<inertial><mass value="1"/><inertia ixx=".1" iyy=".1" izz=".1" ixy="0" ixz="0" iyz="0"/></inertial>'
+    joint = '<parent link="{}"/><child link="{}"/><axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="9"/>'
+    links = "".join(f'<link name="{name}">{mass}{box}</link>' for name in "abcd")
+    tied = [("fixed", "a", "b"), ("revolute", "b", "c"), ("revolute", "c", "d")]
+    joints = "".join(f'<joint name="{b}{c}" type="{kind}">{joint.format(b, c)}</joint>' for kind, b, c in tied)
+    path = tmp_path / "boxes.urdf"
+    path.write_text(f'<robot name="boxes">{links}{joints}</robot>')
+    spec = parse(path)
+    prepare(spec, path)
+    model = compiled(spec, path)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    touching = {frozenset(model.body(model.geom_bodyid[g]).name for g in contact.geom) for contact in data.contact}
+    assert touching == {
+        frozenset("ad"),
+        frozenset("bd"),
+    }  # all four are in one place; the last is no neighbour of these
 
 
 # -- servos that do not move their joints ------------------------------------------------------------------------------

@@ -45,7 +45,7 @@ def model() -> mujoco.MjModel:
 
 
 def test_only_what_is_drawn_and_finite_counts(model: mujoco.MjModel) -> None:
-    """No plane, no group 3, nothing transparent, not the marker; a mesh counts as an ellipsoid, the rest as it is."""
+    """No plane, no group 3, nothing transparent, not the marker; a wedge counts as an ellipsoid, the rest as it is."""
     kinds = [model.geom(name).type[0] for name in SHOWN[:-1]] + [mujoco.mjtGeom.mjGEOM_ELLIPSOID]
     assert Occluders(model).shapes.kinds.tolist() == [int(kind) for kind in kinds]
 
@@ -115,3 +115,13 @@ def test_what_hides_things_in_the_picture_is_what_counts(looks: str) -> None:
     through = np.abs(centre(light) - centre(dark)).max() / 255
     hides = len(Occluders(mujoco.MjModel.from_xml_string(scene)).geoms) == 1
     assert hides == (through < 0.3)
+
+
+def test_a_box_made_of_triangles_hides_what_the_box_hides() -> None:
+    """Meshes of links are often boxes, whose corners an ellipsoid would leave out."""
+    corners = "  ".join(f"{x} {y} {z}" for x in (-0.1, 0.1) for y in (-0.02, 0.02) for z in (-0.05, 0.05))
+    model = mujoco.MjModel.from_xml_string(f"""<mujoco><asset><mesh name="brick" vertex="{corners}"/></asset><worldbody>
+      <geom type="mesh" mesh="brick"/><site name="{SITE}"/><geom name="{SITE}" size=".01"/></worldbody></mujoco>""")
+    shapes = Occluders(model).shapes
+    assert shapes.kinds.tolist() == [mujoco.mjtGeom.mjGEOM_BOX]
+    assert sorted(shapes.sizes[0, :3]) == pytest.approx([0.02, 0.05, 0.1])

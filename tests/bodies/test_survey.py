@@ -134,7 +134,7 @@ def test_home_is_inside_the_limits() -> None:
         ("<mujoco><worldbody>", ["MuJoCo cannot read", "Correct the line"]),
         (
             '<mujoco><asset><mesh name="m" file="gone.stl"/></asset><worldbody/></mujoco>',
-            ["gone.stl", "meshdir", "beside the model"],
+            ["gone.stl", "meshdir", "Put the file there"],
         ),
         (
             '<mujoco><worldbody><body name="b"><joint/></body></worldbody></mujoco>',

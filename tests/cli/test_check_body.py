@@ -203,6 +203,21 @@ ODD: dict[str, tuple[Changes, Changes, tuple[str, ...]]] = {
         (),
         ("millimetres", "divide each pos", 'scale="0.001'),
     ),
+    "radians that are read as degrees": (
+        (('"-100 60"', '"-1.7 1"'), ('"-90 30"', '"-1.5 .5"'), ('"-60 60"', '"-1 1"')),
+        (),
+        ("more than 2.7 degrees", '<compiler angle="radian"/>'),
+    ),
+    "a loop that an equality closes": (
+        (("<actuator>", '<equality><connect body1="hand" body2="trunk" anchor="0 0 0"/></equality><actuator>'),),
+        (),
+        ("ties 'hand' to 'trunk'", "<equality>"),
+    ),
+    "something in the way": (
+        (("<worldbody>", '<worldbody><body name="wall"><geom type="box" size=".3 .01 .3" pos=".2 .05 .5"/></body>'),),
+        (),
+        ("'lower_arm' touched 'wall'", "confined", '<exclude body1="lower_arm" body2="wall"/>'),
+    ),
     "a joint without name": (
         (('<body name="neck"', '<body name="lid"><joint range="0 9"/><geom size=".01"/></body><body name="neck"'),),
         (),

@@ -69,7 +69,9 @@ def _posture(proposal: Proposal) -> Iterator[str]:
 
 def _group(group: Group) -> Iterator[str]:
     yield f"joints = {_said(group.joints)}"
-    yield _line(f"velocity = {_said(group.velocity)}", "limits of speed, rad/s (slides: m/s); the model has none")
+    yield _line(
+        f"velocity = {_said(group.velocity)}", "limits of speed, rad/s (slides: m/s), of our choice: MuJoCo has none"
+    )
     if group.limits is not None:
         yield _line(f"limits = {_said(group.limits)}", "rad (slides: m); the model lacks some")
 
@@ -78,7 +80,7 @@ def _arm(proposal: Proposal) -> Iterator[str]:
     yield "[arm]"
     yield from _group(proposal.arm)
     if proposal.other_arms:
-        yield "# Of two arms alike the left one is taken, as in the paper. Another arm needs another marker:"
+        yield "# Of two arms alike the left one is taken. What else could be the arm, and where the marker is then:"
     for chain in proposal.other_arms:
         yield f"# joints = {_said(chain.joints)}, marker.body = {_said(chain.tip)}"
 

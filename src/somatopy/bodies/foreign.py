@@ -41,7 +41,8 @@ def said(error: Exception, path: Path) -> str:
     words = " ".join(str(error).removeprefix("Error: ").split()).rstrip(".")
     if "Error opening file" in words:
         words += (
-            f". Files are looked for in {path.parent}, package:// is not known. Say where they are: "
+            f". Files are looked for in {path.parent}, and package://NAME/FILE in a folder NAME, which is above the "
+            "model or beside a folder above it. Put the file there, or say where it is: "
             '<compiler meshdir="FOLDER" texturedir="FOLDER"/>; a URDF says <mujoco><compiler meshdir="FOLDER" '
             'strippath="true"/></mujoco> inside <robot>, which reads FOLDER/name.stl for package://any/where/name.stl'
         )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -29,9 +30,44 @@ def parse(path: Path) -> mujoco.MjSpec:
             "or URDF (.urdf) that it was made from."
         )
     try:
-        return mujoco.MjSpec.from_file(str(path))
+        spec = mujoco.MjSpec.from_file(str(path))
     except ValueError as error:
         raise BodyError(f"MuJoCo cannot read the model {path}: {said(error, path)}") from error
+    for mesh in spec.meshes:
+        mesh.file = _in_package(mesh.file, path)
+    if path.suffix.lower() == ".urdf":
+        _free_first_links(spec)
+    return spec
+
+
+def _free_first_links(spec: mujoco.MjSpec) -> None:
+    """Let the first link that moves pass through what carries it, as each later link does.
+
+    MuJoCo lets no body touch its parent, except where the parent stands fixed. URDF has no word to forbid this contact,
+    and the shapes of neighbours overlap in most files.
+    """
+    still: list[mujoco.MjsBody] = []
+    first: list[mujoco.MjsBody] = []
+    ahead = list(spec.worldbody.bodies)
+    while ahead:
+        body = ahead.pop()
+        (first if body.joints else still).append(body)
+        ahead += [] if body.joints else body.bodies
+    for body, base in product(first, still):
+        spec.add_exclude(bodyname1=base.name, bodyname2=body.name)
+
+
+def _in_package(file: str, model: Path) -> str:
+    """Where a mesh is that a URDF names as `package://NAME/FILE`, which ROS knows and MuJoCo does not.
+
+    NAME is the folder that has FILE: one above the model, whatever it is called, or one beside those.
+    """
+    if not file.startswith("package:"):
+        return file
+    name, _, rest = file.removeprefix("package:").lstrip("/").partition("/")
+    above = model.resolve().parents
+    places = [*(folder / name / rest for folder in above), *(folder / rest for folder in above)]
+    return next((str(place) for place in places if rest and place.is_file()), file)
 
 
 def compiled(spec: mujoco.MjSpec, path: Path) -> mujoco.MjModel:

@@ -22,7 +22,7 @@ _SPEED, _SLIDE_SPEED = 3.0, 0.5  # rad/s and m/s, where a model says nothing of 
 _TURN, _SLIDE = (-1.5, 1.5), (-0.2, 0.2)  # rad and m around rest, where a model has no limits
 _FOVY = 47.64  # degrees, NAO's
 _HEIGHTS = (240, 480, 720, 960, 1200)  # px, of pictures of which the smallest that shows the tags is taken
-_TAG_PIXELS = 16.0  # px of a tag's edge, far away, that leave the detector some for a tag seen aslant
+_TAG_PIXELS = 28.0  # px of a tag's edge, far away: seen aslant it is half as high, or less
 _SAMPLED = 300  # arm postures
 _GAP = 0.005  # m between the tip and the cube
 
@@ -169,7 +169,9 @@ def propose(model: mujoco.MjModel, found: Survey, path: str | Path, neck: bool =
         others=sum(joint.name not in used and joint.kind in ("hinge", "slide") for joint in found.joints),
         servos=tuple(name for name in moving if not found.joint(name).servo),
         other_arms=tuple(_likely(found, arm)),
-        other_cameras=tuple(h.camera for h in found.heads if head and h.joints == head.joints and h.camera != eye.name),
+        other_cameras=tuple(
+            h.camera for h in found.heads if head and h.joints == head.joints and h.camera not in ("", eye.name)
+        ),
     )
 
 

@@ -178,10 +178,7 @@ def _mend(said: str) -> str:
     if "mass" in said and "inertia" in said:
         return 'Give the body a geom, or <inertial mass="0.1" pos="0 0 0" diaginertia="1e-4 1e-4 1e-4"/>.'
     if re.search(r"opening|not found|decoder", said):
-        return (
-            "Put the file that it names beside the model, or say where such files are: "
-            '<compiler meshdir="..." texturedir="..."/>.'
-        )
+        return ""  # the sentence says what to do
     return "Correct the line that it names."
 
 

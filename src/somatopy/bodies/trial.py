@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from time import perf_counter
 
+import mujoco
 import numpy as np
 
 from somatopy.bodies.base import Diverged
+from somatopy.bodies.joint_tree import moved_by
 from somatopy.bodies.mujoco import MujocoBody
 from somatopy.percept import Floats
 
-__all__ = ["Trial", "trial"]
+__all__ = ["FAR", "Trial", "trial"]
 
+FAR = 0.1  # rad or m from its target at rest: a servo that is too weak, or held
 _EACH = 40  # frames to reach a posture and settle there
 
 
@@ -28,6 +31,7 @@ class Trial:
         errors: largest distance of each from its target at the end of a movement, shape (n,), rad or m; NaN where
             physics broke off before.
         seconds: time that a frame took, s, its median.
+        touching: the two bodies of each contact in which arm or head were while a joint was far from its target.
     """
 
     frames: int
@@ -35,6 +39,7 @@ class Trial:
     joints: tuple[str, ...]
     errors: Floats
     seconds: float
+    touching: tuple[tuple[str, str], ...] = ()
 
 
 def trial(body: MujocoBody, postures: Sequence[tuple[Floats, Floats]]) -> Trial:
@@ -54,6 +59,7 @@ def trial(body: MujocoBody, postures: Sequence[tuple[Floats, Floats]]) -> Trial:
     names = (*body.arm.names, *body.head.names)
     body.reset()
     errors, took, said = np.full(len(names), np.nan), [], None
+    touching: dict[tuple[str, str], None] = {}
     try:
         for arm, head in postures:
             for _ in range(_EACH):
@@ -62,6 +68,23 @@ def trial(body: MujocoBody, postures: Sequence[tuple[Floats, Floats]]) -> Trial:
                 took.append(perf_counter() - began)
             missed = np.concatenate([reading.arm - reading.arm_command, reading.head - reading.head_command])
             errors = np.fmax(errors, np.abs(missed))
+            if np.abs(missed).max() > FAR:
+                touching |= dict.fromkeys(_touching(body, names))
     except Diverged as error:
         said = str(error)
-    return Trial(len(took), said, names, errors, float(np.median(took)) if took else float("nan"))
+    return Trial(len(took), said, names, errors, float(np.median(took)) if took else float("nan"), (*touching,))
+
+
+def _touching(body: MujocoBody, joints: Sequence[str]) -> Iterator[tuple[str, str]]:
+    """The bodies in each contact of what these joints move.
+
+    Found anew, since a body that moves in parts keeps no contacts of the whole.
+    """
+    model, posed = body.model, mujoco.MjData(body.model)
+    posed.qpos[:] = body.data.qpos
+    mujoco.mj_forward(model, posed)
+    for contact in posed.contact:
+        bodies = [int(model.geom_bodyid[geom]) for geom in contact.geom]
+        if contact.dist <= 0 and any(name in moved_by(model, b) for b in bodies for name in joints):
+            one, other = sorted(model.body(b).name or f"body {b}" for b in bodies)
+            yield one, other

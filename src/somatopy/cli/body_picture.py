@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import closing
-from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -12,27 +12,25 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
-from somatopy.bodies import Anatomy, MujocoBody
+from somatopy.bodies import MujocoBody
 from somatopy.bodies.marker import SITE
 from somatopy.experiment.look import Outlook
 from somatopy.eyes import FiducialEye
 from somatopy.percept import Floats, Image
 
-__all__ = ["body_picture"]
+__all__ = ["body_picture", "telling"]
 
 _SIZE = 600  # px, of the pictures from outside
 _FOVY = 30.0  # degrees
 _FOUND = "#e6007e"
 
 
-def body_picture(anatomy: Anatomy, arms: Floats, found: Outlook, path: str | Path) -> None:
-    """Draw a robot and what it sees into a PNG file.
+def body_picture(body: MujocoBody, postures: Sequence[tuple[Floats, Floats]]) -> Figure:
+    """A robot and what it sees, in two postures.
 
     Args:
-        anatomy: the robot's.
-        arms: arm postures, shape (n, n_arm), rad; two of them are shown.
-        found: what could be seen at these.
-        path: the file.
+        body: the robot, without physics; it is moved.
+        postures: of arm, shape (n_arm,), and head, shape (n_head,), rad, slides m: two of them.
 
     Raises:
         NoGL: no OpenGL works here.
@@ -40,27 +38,32 @@ def body_picture(anatomy: Anatomy, arms: Floats, found: Outlook, path: str | Pat
     figure = Figure(figsize=(9.0, 7.6), layout="constrained")
     FigureCanvasAgg(figure)
     axes = figure.subplots(2, 2, width_ratios=(1.0, 1.25))
-    figure.suptitle(anatomy.name, fontsize=12)
-    with closing(MujocoBody(anatomy, motion="kinematic")) as body, closing(body.another()) as shown:
+    figure.suptitle(body.anatomy.name, fontsize=12)
+    with closing(body.another()) as shown:
         eye = FiducialEye(body.camera, body.marker, skip=False)
-        for row, k in zip(axes, _two(arms, found), strict=True):
-            body.place(arms[k], found.heads[k])
-            picture, pixel = _from_outside(body, shown, (arms[k], found.heads[k]))
+        for row, (arm, head) in zip(axes, postures, strict=True):
+            body.place(arm, head)
+            picture, pixel = _from_outside(body, shown, (arm, head))
             _show(row[0], picture, "from outside; the ring is around the eye")
             row[0].plot(*pixel, "o", markersize=14, markerfacecolor="none", markeredgecolor=_FOUND, markeredgewidth=2)
             picture = body.picture()
             _show(row[1], picture, "")
-            _outline(row[1], eye.detect(picture), anatomy.camera.name)
-    figure.savefig(path, dpi=100)
+            _outline(row[1], eye.detect(picture), body.anatomy.camera.name)
+    return figure
 
 
-def _two(arms: Floats, found: Outlook) -> tuple[int, int]:
-    """The arm posture that is seen best, and one far from it that is seen well."""
+def telling(arms: Floats, found: Outlook) -> list[tuple[Floats, Floats]]:
+    """Two postures to show: that in which the hand is seen best, and one far from it in which it is seen well.
+
+    Args:
+        arms: arm postures, shape (n, n_arm), rad, slides m.
+        found: what could be seen at these.
+    """
     first = int(found.seen.argmax())
     seen = found.seen[found.seen > 0]
     good = found.seen >= (np.median(seen) if len(seen) else 0)
     apart = np.linalg.norm(arms - arms[first], axis=1)
-    return first, int(np.where(good, apart, -1.0).argmax())
+    return [(arms[k], found.heads[k]) for k in (first, int(np.where(good, apart, -1.0).argmax()))]
 
 
 def _show(axes: Axes, picture: Image, title: str) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Sequence
+from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
@@ -114,15 +115,16 @@ def _given(options: Options) -> Anatomy | None:
 
 def _draw(examined: Examined, path: Path) -> None:
     """Draw the picture, or say why not."""
-    from somatopy.bodies import NoGL
-    from somatopy.cli.body_picture import body_picture
+    from somatopy.bodies import MujocoBody, NoGL
+    from somatopy.cli.body_picture import body_picture, telling
 
     result = examined.result
     if examined.anatomy is None or result.outlook is None or result.arms is None:
         print("No picture is drawn: the robot could not be built.", file=sys.stderr)
         return
     try:
-        body_picture(examined.anatomy, result.arms, result.outlook, path)
+        with closing(MujocoBody(examined.anatomy, motion="kinematic")) as body:
+            body_picture(body, telling(result.arms, result.outlook)).savefig(path, dpi=100)
         print(f"Picture: {path}", file=sys.stderr)
     except NoGL as error:
         print(f"No picture is drawn. {error}", file=sys.stderr)

@@ -212,9 +212,9 @@ def _lacking(found: Survey) -> Iterator[Any]:
     joints = found.one_dof
     served = [joint for joint in joints if joint.servo]
     yield _labelled("Servos", f"{len(served)} of {len(joints)} hinges and slides have a position servo")
-    unlimited = [joint.name or "?" for joint in joints if joint.limits is None]
+    unlimited = [joint.name or f"that of {joint.body}" for joint in joints if joint.limits is None]
     unnamed = sum(not joint.name for joint in joints)
-    loose = [joint.name or "?" for joint in found.joints if joint.kind in ("free", "ball")]
+    loose = [joint.name or f"that of {joint.body}" for joint in found.joints if joint.kind in ("free", "ball")]
     facts = (
         f"without limits: {_some(unlimited)}" if unlimited else "",
         f"without name: {unnamed}" if unnamed else "",

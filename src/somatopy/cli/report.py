@@ -16,13 +16,14 @@ from somatopy.analysis.claims import judge
 from somatopy.analysis.comparison import compare
 from somatopy.analysis.comparison_table import csv_rows
 from somatopy.analysis.described import kind_of, on_papers_robot
-from somatopy.analysis.figures import Shot, filmstrip_frames, save_figures
+from somatopy.analysis.figures import Shot, filmstrip_frames, save, save_figures
 from somatopy.analysis.report import write_report, write_study
 from somatopy.analysis.runs import Run, RunFolderError
 from somatopy.analysis.series import distance_units
 from somatopy.analysis.summary import summarise, write_summary
+from somatopy.percept import Floats
 
-__all__ = ["illustrate", "main", "shots"]
+__all__ = ["illustrate", "main", "portray", "shots"]
 
 TEXT = """usage: somatopy report RUN... [--out FILE] [--json] [--debug]
        somatopy report STUDY [--against NAME] [--out FILE] [--json] [--debug]
@@ -102,6 +103,7 @@ def illustrate(folder: Path, out: Path | None = None) -> Path:
     run = load_run(folder)
     write_summary(run)
     save_figures(run, shots(run))
+    portray(run)
     return write_report([folder], out)
 
 
@@ -125,6 +127,37 @@ def shots(run: Run) -> list[Shot]:
         return []
     corners = [np.array([*photo.tags.values()]).reshape(-1, 4, 2) for photo in taken]
     return [Shot(f, photo.image, photo.pixel, c) for f, photo, c in zip(frames, taken, corners, strict=True)]
+
+
+def portray(run: Run) -> None:
+    """Draw a robot other than the NAO as figures/robot, in two postures of its run; nothing where nothing can render.
+
+    Only somatopy's own body is asked: a report imports nothing of what a run was made of.
+    """
+    drawable = kind_of(run, "body") == "mujoco" and run.joints("arm") and run.joints("head")
+    if on_papers_robot(run) or not drawable:
+        return
+    from somatopy.bodies import NoGL
+    from somatopy.cli.body_picture import body_picture
+    from somatopy.experiment.film import posed
+
+    try:
+        with posed(run.description["body"]) as robot:
+            save(body_picture(robot, _apart(run)), run.path / "figures", "robot")
+    except (NoGL, ValueError) as error:  # ValueError: the robot's file is gone, or it has other joints by now
+        print(f"No picture of the robot: {error}", file=sys.stderr)
+
+
+def _apart(run: Run) -> list[tuple[Floats, Floats]]:
+    """Arm and head in two frames in which the hand was seen, if it ever was: the first, and that with the arm farthest.
+
+    How far is counted in shares of what each joint has moved.
+    """
+    arms, heads, hit = run.postures("arm"), run.postures("head"), run.values("hit")
+    frames = np.flatnonzero(hit) if hit.any() else np.arange(len(arms))
+    moved = np.ptp(arms, axis=0)
+    ways = (arms[frames] - arms[frames[0]]) / np.where(moved > 0, moved, 1.0)
+    return [(arms[k], heads[k]) for k in (frames[0], frames[np.linalg.norm(ways, axis=1).argmax()])]
 
 
 def _parse(args: Sequence[str]) -> tuple[list[Path], dict[str, str]]:

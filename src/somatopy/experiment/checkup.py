@@ -6,12 +6,13 @@ from collections.abc import Iterator
 from contextlib import closing
 from dataclasses import dataclass
 
+import mujoco
 import numpy as np
 
 from somatopy.bodies import Anatomy, BodyError, MujocoBody
 from somatopy.bodies.joint_tree import moved_by
 from somatopy.bodies.survey import Survey
-from somatopy.bodies.trial import Trial, trial
+from somatopy.bodies.trial import FAR, Trial, trial
 from somatopy.experiment.ceiling import Vantages
 from somatopy.experiment.context import Context
 from somatopy.experiment.look import Outlook, outlook, why_unseen
@@ -22,8 +23,9 @@ __all__ = ["Checkup", "Fault", "checkup", "model_faults"]
 
 _POSTURES, _MOVES = 300, 5
 _LONG = 5.0  # m: an arm as long as that is likely one in millimetres
+_LOOPS = (int(mujoco.mjtEq.mjEQ_CONNECT), int(mujoco.mjtEq.mjEQ_WELD))
+_TURNS = 20.0  # rad: an arm whose hinges turn as far is likely one whose ranges are in degrees
 _SELDOM = 0.2  # share of arm postures below which a run teaches little
-_FAR = 0.1  # rad or m from its target at rest: a servo that is too weak
 
 
 @dataclass(frozen=True)
@@ -102,6 +104,7 @@ def model_faults(found: Survey) -> Iterator[Fault]:
             f"The arm is {found.arms[0].reach:.4g} m long. MuJoCo's lengths are metres: if the file has millimetres, "
             'divide each pos, size and fromto by 1000, and give meshes scale="0.001 0.001 0.001".',
         )
+    yield from _of_its_angles(found)
     unnamed = [joint for joint in found.one_dof if not joint.name]
     if unnamed and found.arms:
         bodies = ", ".join(sorted({joint.body or "?" for joint in unnamed})[:4])
@@ -109,6 +112,24 @@ def model_faults(found: Survey) -> Iterator[Fault]:
             False,
             f"Without name, and so of no use to an anatomy: {len(unnamed)} of {len(found.one_dof)} hinges and slides "
             f'(of {bodies}). Where arm or head need them, write <joint name="..."/>.',
+        )
+
+
+def _of_its_angles(found: Survey) -> Iterator[Fault]:
+    """Whether the ranges of the likeliest arm look as if radians had been read as degrees, or degrees as radians."""
+    joints = [found.joint(name) for name in (found.arms[0].joints if found.arms else ())]
+    spans = [joint.limits[1] - joint.limits[0] for joint in joints if joint.kind == "hinge" and joint.limits]
+    if spans and max(spans) <= np.deg2rad(2 * np.pi):
+        yield Fault(
+            False,
+            f"No hinge of the arm turns by more than {np.rad2deg(max(spans)):.1f} degrees. In MJCF, ranges are in "
+            'degrees unless the file says otherwise: if it has radians, write <compiler angle="radian"/>.',
+        )
+    if spans and np.median(spans) > _TURNS:
+        yield Fault(
+            False,
+            f"The hinges of the arm turn by up to {max(spans):.4g} rad. If the ranges in the file are in degrees, take "
+            'angle="radian" out of its <compiler>; a URDF must have radians.',
         )
 
 
@@ -123,6 +144,7 @@ def _of_its_joints(body: MujocoBody) -> Iterator[Fault]:
     for part, what, joints, moving in groups:
         if idle := [name for name in joints if name not in moving]:
             yield Fault(False, f"{_these(idle)} not move the {what}. Leave such joints out of [{part}] joints.")
+    yield from _of_its_ties(model, hand, eye)
     free = [model.joint(k).name for k in range(model.njnt) if model.jnt_type[k] < 2]
     if free := [name for name in free if name in hand or name in eye]:
         yield Fault(
@@ -130,6 +152,22 @@ def _of_its_joints(body: MujocoBody) -> Iterator[Fault]:
             f"The robot stands on the free joint {free[0]!r}, so that it falls or drifts while it babbles. Fix it in "
             "the anatomy: [add] with fixed_base = true.",
         )
+
+
+def _of_its_ties(model: mujoco.MjModel, *moving: tuple[str, ...]) -> Iterator[Fault]:
+    """Equalities that close a loop through the arm or the head, so that its joints cannot move one by one."""
+    names = {name for each in moving for name in each}
+    for k in np.flatnonzero(model.eq_active0):
+        ends = [int(model.eq_obj1id[k]), int(model.eq_obj2id[k])]
+        if model.eq_objtype[k] == mujoco.mjtObj.mjOBJ_SITE:
+            ends = [int(model.site_bodyid[end]) for end in ends]
+        if int(model.eq_type[k]) in _LOOPS and any(names.intersection(moved_by(model, end)) for end in ends):
+            one, other = (model.body(end).name for end in ends)
+            yield Fault(
+                False,
+                f"An equality of the model ties {one!r} to {other!r}, so that the joints cannot move one by one: with "
+                "physics they stop short, and kinematic motion does not heed it. Take it out of <equality>.",
+            )
 
 
 def _these(names: list[str]) -> str:
@@ -201,12 +239,26 @@ def _moved(anatomy: Anatomy, arms: Floats, heads: Floats) -> tuple[Trial | None,
 def _of_motion(tried: Trial) -> Iterator[Fault]:
     if tried.diverged is not None:
         yield Fault(False, f"{tried.diverged.rstrip('.')}. Kinematic motion needs no physics: --motion kinematic.")
-    weak = [(name, error) for name, error in zip(tried.joints, tried.errors, strict=True) if error > _FAR]
+    weak = [(name, error) for name, error in zip(tried.joints, tried.errors, strict=True) if error > FAR]
     if weak:
         worst, error = max(weak, key=lambda pair: pair[1])
         yield Fault(
             False,
             f"Of {len(tried.joints)} servos, {len(weak)} came to rest far from the target, that of {worst!r} "
-            f"{error:.2f} rad (slides: m). Something is in the way, or too little force is there: narrow [ranges] "
-            "confined, or raise kp and the force range, in the model or in [add.servos].",
+            f"{error:.2f} rad (slides: m). {_held(tried)}",
         )
+
+
+def _held(tried: Trial) -> str:
+    """What may have held the joints that did not get there."""
+    if not tried.touching:
+        return (
+            "Too little force is there, or the model ties joints together: raise kp and the force range, in the model "
+            "or in [add.servos], or take the tie out of <equality> or <tendon>."
+        )
+    one, other = tried.touching[0]
+    pairs = " and ".join(f"{a!r} touched {b!r}" for a, b in tried.touching[:3])
+    return (
+        f"There {pairs}. Narrow [ranges] confined to where nothing is in the way. If these are neighbours that may "
+        f'overlap, write into the model <contact><exclude body1="{one}" body2="{other}"/></contact>.'
+    )

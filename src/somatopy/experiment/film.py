@@ -18,7 +18,7 @@ from somatopy.eyes import FiducialEye
 from somatopy.percept import Floats, Image
 from somatopy.registry import BODIES, Settings
 
-__all__ = ["Photograph", "photographs", "portrait"]
+__all__ = ["Photograph", "photographs", "portrait", "posed"]
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ def photographs(
         BodyError: the robot cannot be put into postures at once.
     """
     taken = []
-    with _posed(body) as robot:
+    with posed(body) as robot:
         eye = FiducialEye(robot.camera, robot.marker, skip=False)
         for arm, head in zip(arms, heads, strict=True):
             seen = eye.look(robot.place(arm, head))
@@ -67,7 +67,7 @@ def portrait(
     Raises:
         BodyError: the model has no such camera, or the robot cannot be put into postures at once.
     """
-    with _posed(body) as robot:
+    with posed(body) as robot:
         robot.place(arm, head)
         if hasattr(robot, "model"):  # round shapes of many faces
             robot.model.vis.quality.numslices, robot.model.vis.quality.numstacks = 64, 32
@@ -75,8 +75,15 @@ def portrait(
 
 
 @contextmanager
-def _posed(body: Settings | Mapping[str, Any]) -> Iterator[Any]:
-    """The robot without physics, to be put into postures."""
+def posed(body: Settings | Mapping[str, Any]) -> Iterator[Any]:
+    """The robot without physics, to be put into postures; closed when the context ends.
+
+    Args:
+        body: the robot, as a description has it.
+
+    Raises:
+        BodyError: it cannot be put into postures at once.
+    """
     settings = BODIES.validated(body)
     if hasattr(settings, "motion"):
         settings = settings.replaced(motion="kinematic")

@@ -7,14 +7,20 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import PIL.Image
 import pytest
+from matplotlib.figure import Figure
+from tests.robots import Shape, joints, write_robot
 
-from somatopy.analysis.runs import RunFolderError
+from somatopy import paper
+from somatopy import run as run_it
+from somatopy.analysis.runs import Run, RunFolderError
 from somatopy.bodies import BodyError, NoGL
-from somatopy.cli.report import illustrate, shots
+from somatopy.cli.report import illustrate, portray, shots
 from somatopy.experiment import film
 
 RENDERED = ('kind = "geometric"', 'kind = "fiducial"')
+FOUND = (230, 0, 126)  # the colour of rings and outlines
 
 
 def photographs(asked: list[Any]) -> Any:
@@ -81,3 +87,54 @@ def test_another_format_is_refused_before_anything_is_written(rich_copy: Any, ed
     with pytest.raises(RunFolderError, match=r"was recorded in an older format, .* or run its experiment again\.$"):
         illustrate(old.path)
     assert {path.name for path in old.path.iterdir()} == before
+
+
+# -- a robot other than the NAO ----------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def foreign(tmp_path_factory: pytest.TempPathFactory) -> Run:
+    """A second or so of a robot that is no NAO, with the geometric eye."""
+    folder = tmp_path_factory.mktemp("foreign")
+    anatomy = write_robot(folder, Shape(joints("yz"), joints("zy")))
+    base = paper()
+    short = base.replaced(
+        body=base.body.replaced(model=str(anatomy), motion="kinematic"),
+        eye={"kind": "geometric"},
+        phases=[base.phases[0].replaced(frames=90)],
+    )
+    return run_it(short, folder / "run", progress=False, ceiling=False)
+
+
+@pytest.mark.gl
+def test_the_page_shows_another_robot(foreign: Run) -> None:
+    """Whatever the eye, the page has pictures of the robot, of frames in which the hand was seen."""
+    text = illustrate(foreign.path).read_text(encoding="utf-8")
+    assert "The robot, and what its eye sees" in text
+    picture = np.asarray(PIL.Image.open(foreign.path / "figures" / "robot.png").convert("RGB"))
+    assert (picture == FOUND).all(axis=2).sum() > 100  # rings around the eye, outlines of tags
+
+
+def test_the_postures_shown_are_of_the_run(foreign: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Both are of one frame each, arm and head together, in which the hand was seen."""
+    asked: list[Any] = []
+
+    def note(_: Any, postures: Any) -> Figure:
+        asked.extend(postures)
+        return Figure()
+
+    monkeypatch.setattr("somatopy.cli.body_picture.body_picture", note)
+    portray(foreign)
+    seen = np.hstack([foreign.postures("arm"), foreign.postures("head")])[foreign.values("hit")]
+    shown = [np.concatenate(pair) for pair in asked]
+    assert len(shown) == 2 and all((seen == posture).all(axis=1).any() for posture in shown)
+    assert (shown[0] != shown[1]).any()
+
+
+def test_without_its_file_a_robot_is_not_shown(foreign: Run, edited: Any, capsys: Any) -> None:
+    """The page is whole but for the picture, and why is said."""
+    model = Path(foreign.description["body"]["model"])
+    gone = edited(foreign, (model.name, "gone.toml"))
+    (gone.path / "figures" / "robot.png").unlink(missing_ok=True)
+    assert "The robot, and what its eye sees" not in illustrate(gone.path).read_text(encoding="utf-8")
+    assert "No picture of the robot:" in capsys.readouterr().err

@@ -50,7 +50,7 @@ __all__ = ["Source", "render_report", "write_report"]
 
 #: Widest picture that is embedded, px.
 WIDEST = 1400
-WIDE = ("figure2", "misses", "filmstrip")
+WIDE = ("robot", "figure2", "misses", "filmstrip")
 
 
 @dataclass(frozen=True)

@@ -27,6 +27,7 @@ __all__ = [
 ]
 
 FIGURE_TITLES = {
+    "robot": "The robot, and what its eye sees",
     "figure2": "Figure 2: maps and their strongest links",
     "figure3": "Figure 3: hits per five minutes, with trends",
     "figure4": "Figure 4: distortion of the arm map",
