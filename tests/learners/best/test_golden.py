@@ -16,7 +16,6 @@ import pytest
 from scipy.ndimage import convolve1d
 
 from somatopy.learners.best.action import best_gaze
-from somatopy.learners.best.calibration import SETTLED
 from somatopy.learners.best.directions import NEAREST, active, direction, powers
 from somatopy.learners.best.frame import PARTS, live
 from somatopy.learners.best.memory import HITS, SURPRISE, TURNS, UNITS, Memory, fresh
@@ -31,7 +30,7 @@ def as_recorded(arm_limits: Floats, head_limits: Floats) -> Memory:
     """A fresh memory with the recorded program's sheet; it is given arm postures in [0, 1] units."""
     arm, head = Space(tuple("abcd"), *arm_limits.T), Space(("yaw", "pitch"), *head_limits.T)
     memory = fresh(Robot({"arm": arm, "head": head}, ("head",), Camera("eye", 320, 240, fovy=0.83)))
-    memory.numbers[TURNS] = 2 * SETTLED  # its sheet is as large as it will be
+    memory.numbers[TURNS] = 1e6  # its sheet is as large as it will be
     return memory._replace(
         shape=np.array([31, 27]),
         reach=np.array([0.75, 0.65]),

@@ -80,7 +80,7 @@ def _cut(memory: Memory, joint: int, angle: float, gaze: Floats) -> float:
         return angle
     place = bin_of(memory, joint - 1, gaze[joint - 1] - memory.bias[joint - 1])
     low, high = memory.ends[joint, 0, place] + memory.bias[joint], memory.ends[joint, 1, place] + memory.bias[joint]
-    return min(max(angle, low), high)
+    return float(min(max(angle, low), high))
 
 
 @jit

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from somatopy._jit import jit
-from somatopy.learners.best.memory import BIN, REACH_IN_SCALES, TURNS, Memory
+from somatopy.learners.best.memory import BIN, TURNS, Memory
 from somatopy.percept import Floats
 
-__all__ = ["bin_of", "fit_sheet", "learn_bias", "learn_ends", "learn_gain", "learn_speed"]
+__all__ = ["bin_of", "learn_bias", "learn_ends", "learn_gain", "learn_speed"]
 
 BIAS_RATE, BIAS_MOST, STRIDE_SHARE = 0.05, 0.3, 0.8
 GAIN_RATE, GAIN_LEAST, TURN_LEAST = 0.05, 0.05 / 2.56, 0.05
@@ -57,7 +55,7 @@ def learn_ends(memory: Memory, command: Floats) -> None:
 def bin_of(memory: Memory, joint: int, command: float) -> int:
     """In which bin of a joint's commands one lies, rad."""
     place = round(command / BIN) - round(memory.limits[joint, 0] / BIN)
-    return min(max(place, 0), memory.ends.shape[2] - 1)
+    return int(min(max(place, 0), memory.ends.shape[2] - 1))
 
 
 @jit
@@ -78,6 +76,7 @@ def learn_speed(memory: Memory, felt: Floats) -> None:
 @jit
 def learn_gain(memory: Memory, head: Floats, pixel: Floats) -> bool:
     """G += .05 e dp' / (|dp|^2 + .02) with e = -dy - G dp, from what a movement of its own head does to the picture.
+
 
     Args:
         memory: what the learner holds.
@@ -100,18 +99,3 @@ def learn_gain(memory: Memory, head: Floats, pixel: Floats) -> bool:
         memory.gain[k, 1] += scale * error * dv
     memory.numbers[TURNS] += 1.0
     return True
-
-
-@jit
-def fit_sheet(memory: Memory, aspect: float) -> None:
-    """Once the gain is known, let the sheet reach 1.4 times as far as half a picture; what it held begins anew.
-
-    Args:
-        memory: what the learner holds.
-        aspect: height of the picture by its width.
-    """
-    for k in range(memory.head.size):
-        half = abs(memory.gain[k, 0]) + abs(memory.gain[k, 1]) * aspect
-        memory.reach[k] = PICTURES * half
-        memory.scale[k] = memory.reach[k] / REACH_IN_SCALES
-    memory.sheet[:], memory.recent[:], memory.fields[:] = 0.0, 0.0, 0.0

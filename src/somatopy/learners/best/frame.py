@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from somatopy._jit import jit
 from somatopy.learners.best.action import best_gaze
-from somatopy.learners.best.calibration import SETTLED, fit_sheet, learn_bias, learn_ends, learn_gain, learn_speed
+from somatopy.learners.best.calibration import learn_bias, learn_ends, learn_gain, learn_speed
 from somatopy.learners.best.directions import (
     DRIFT_KEPT,
     DRIFT_RATE,
@@ -21,9 +22,8 @@ from somatopy.learners.best.directions import (
 )
 from somatopy.learners.best.memory import HITS, SURPRISE, TURNS, UNITS, Memory
 from somatopy.learners.best.schema import count_sight, is_lost, move_schema, pull_schema, surprise
-from somatopy.learners.best.visibility import evidence, fade, in_reach, learn_visibility
+from somatopy.learners.best.visibility import evidence, fade, fit_sheet, in_reach, is_due, learn_visibility
 from somatopy.percept import Floats
-from numpy.typing import NDArray
 
 __all__ = ["PARTS", "choose", "expect", "live", "live_and_choose"]
 
@@ -108,7 +108,7 @@ def _calibrate(memory: Memory, x: Floats, head: Floats, command: Floats, pixel: 
     learn_bias(memory, head, command)
     learn_ends(memory, command)
     learn_speed(memory, x)
-    if learn_gain(memory, head, pixel) and memory.numbers[TURNS] == SETTLED:
+    if learn_gain(memory, head, pixel) and is_due(memory.numbers[TURNS]):
         fit_sheet(memory, aspect)
 
 

@@ -16,8 +16,8 @@ MOST_UNITS, UNUSED = 1000, 4500
 #: Cells of the sheet along each axis, by the number of head joints: at most 31 along one and 1,200 in all.
 CELLS = {1: (31,), 2: (31, 31), 3: (11, 11, 9)}
 
-#: The sheet reaches so many times as far as psi's unit, and before the pixel gain is known over this share of a range.
-REACH_IN_SCALES, FROM_RANGE = 1.5, 0.25
+#: The sheet reaches so many times as far as psi's unit.
+REACH_IN_SCALES = 1.5
 #: Width of a bin of commands, rad.
 BIN = 0.1
 
@@ -104,7 +104,7 @@ def fresh(robot: Robot) -> Memory:
         robot: names and limits of arm and head joints, and the camera.
     """
     n, m, limits = len(robot.arm), len(robot.head), robot.head.limits
-    shape, reach = CELLS[m], FROM_RANGE * (limits[:, 1] - limits[:, 0])
+    shape, reach = CELLS[m], np.full(m, 0.5 * np.ptp(limits, axis=1).min())  # until the pixel gain is known
     first, last = np.rint(limits / BIN).astype(np.int64).T
     ends = np.empty((m, 2, int((last - first).max()) + 1))
     ends[:, 0], ends[:, 1] = -np.inf, np.inf

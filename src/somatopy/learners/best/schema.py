@@ -73,8 +73,8 @@ def move_schema(
 ) -> Floats:
     """The step of c that explains the error: clip(.1 kappa J' (J J' + .05 I)^-1 e, +-.05), shape (n,).
 
-    J is the slope of the direction at x: that of the polynomial, and the covariance of the active units' directions with
-    their positions.
+    J is the slope of the direction at x: that of the polynomial, and the covariance of the active units' directions
+    with their positions.
 
     Args:
         memory: what the learner holds.
@@ -96,7 +96,7 @@ def move_schema(
             for j in range(n):
                 apart = (memory.turns[index[a], k] - turn[k]) * (memory.units[index[a], j] - middle[j])
                 slope[k, j] += share[a] * apart / width_of(n) ** 2
-    step = slope.T @ np.linalg.solve(slope @ slope.T + DAMPING * np.eye(m), error)
+    step: Floats = slope.T @ np.linalg.solve(slope @ slope.T + DAMPING * np.eye(m), error)
     for j in range(n):
         step[j] = min(max(STEP * kappa * step[j], -STEP_MOST), STEP_MOST)
     return step

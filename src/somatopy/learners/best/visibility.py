@@ -7,20 +7,21 @@ import math
 import numpy as np
 
 from somatopy._jit import jit, jit_inlined
-from somatopy.learners.best.memory import Memory
+from somatopy.learners.best.memory import REACH_IN_SCALES, Memory
 from somatopy.percept import Floats, Ints
 
-__all__ = ["corners", "evidence", "fade", "in_reach", "learn_visibility", "next_row"]
+__all__ = ["corners", "evidence", "fade", "fit_sheet", "in_reach", "is_due", "learn_visibility", "next_row"]
 
 SHEET_RATE, FIELD_RATE = 0.1, 0.6
 KEPT, STROKE, STROKE_WIDTH, STROKE_CELLS = 0.85, 3.0, 2.0, 5  # of the working memory, in cells
+SETTLING, PICTURES = 50, 1.4  # movements after which the sheet is first fitted; its reach in halves of a picture
 BEYOND = 4  # cells beyond the sheet at which an offset still teaches
 
 
 @jit_inlined
 def _cell(memory: Memory, axis: int, offset: float) -> float:
     """Where an offset (rad) lies on an axis, in cells from the first; not clipped."""
-    return (offset / memory.reach[axis] + 1.0) * 0.5 * (memory.shape[axis] - 1)
+    return float((offset / memory.reach[axis] + 1.0) * 0.5 * (memory.shape[axis] - 1))
 
 
 @jit
@@ -208,3 +209,58 @@ def next_row(at: Ints, shape: Ints) -> None:
         if at[k] < shape[k]:
             return
         at[k] = 0
+
+
+@jit
+def is_due(movements: float) -> bool:
+    """Whether the sheet is fitted now: after 50 movements, and whenever their number has doubled, up to 6,400."""
+    due = SETTLING
+    while due < movements:
+        due *= 2
+    return bool(due == movements and due <= 128 * SETTLING)
+
+
+@jit
+def fit_sheet(memory: Memory, aspect: float) -> None:
+    """Let the sheet reach 1.4 times as far as half a picture, by the pixel gain; what it says of an offset stays.
+
+    Args:
+        memory: what the learner holds.
+        aspect: height of the picture by its width.
+    """
+    m = memory.head.size
+    ratio, offset, at = np.empty(m), np.empty(m), np.zeros(m, np.int64)
+    new = np.empty(m)
+    for k in range(m):
+        new[k] = PICTURES * (abs(memory.gain[k, 0]) + abs(memory.gain[k, 1]) * aspect)
+        ratio[k] = new[k] / memory.reach[k]
+    sheet, recent, none = np.empty_like(memory.sheet), np.empty_like(memory.recent), np.zeros(m)
+    place, weight = np.empty(8, np.int64), np.empty(8)
+    last = m - 1
+    for first in range(0, sheet.size, memory.shape[last]):
+        for i in range(memory.shape[last]):
+            at[last] = i
+            for k in range(m):
+                offset[k] = (2.0 * at[k] / (memory.shape[k] - 1) - 1.0) * new[k]
+            sheet[first + i], recent[first + i] = 0.0, 0.0
+            for c in range(corners(memory, offset, none, place, weight)):
+                sheet[first + i] += weight[c] * memory.sheet[place[c]]
+                recent[first + i] += weight[c] * memory.recent[place[c]]
+        next_row(at, memory.shape)
+    memory.sheet[:], memory.recent[:] = sheet, recent
+    _stretch_fields(memory.fields, ratio)
+    memory.reach[:], memory.scale[:] = new, new / REACH_IN_SCALES
+
+
+@jit
+def _stretch_fields(fields: Floats, ratio: Floats) -> None:
+    """Say the same in units of psi that are `ratio` times as large, shape (m,)."""
+    m = ratio.size
+    pair = 2 * m + 1
+    for k in range(m):
+        fields[:, 0] += 0.4 * (ratio[k] ** 2 - 1.0) * fields[:, 1 + m + k]
+        fields[:, 1 + k] *= ratio[k]
+        fields[:, 1 + m + k] *= ratio[k] ** 2
+        for other in range(k + 1, m):
+            fields[:, pair] *= ratio[k] * ratio[other]
+            pair += 1
