@@ -62,7 +62,7 @@ def best_gaze(memory: Memory, centre: Floats, field: Floats, out: Floats) -> Non
 
 @jit
 def _axes(memory: Memory, centre: Floats) -> tuple[Floats, Floats]:
-    """Head angles at the cells along each axis of the sheet, and the same within the joints' limits, (m, cells), rad."""
+    """Head angles at the cells along each axis of the sheet, and these within the limits, shape (m, cells), rad."""
     own = np.zeros((centre.size, memory.shape.max()))
     clipped = np.zeros_like(own)
     for k in range(centre.size):
