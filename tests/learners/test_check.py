@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from somatopy.contract import ContractError
-from somatopy.learners import FixedGaze, HebbianLearner, NearestGaze, RandomGaze, check_learner
+from somatopy.learners import BestLearner, FixedGaze, HebbianLearner, NearestGaze, RandomGaze, check_learner
 from somatopy.links import NormalisedHebb
 from somatopy.maps import DSOM, SOM
 from somatopy.percept import Column, Percept, Robot
@@ -63,6 +63,11 @@ def test_controls_keep_them() -> None:
     """Random and fixed head postures."""
     check_learner(RandomGaze)
     check_learner(lambda robot, rng: FixedGaze(robot.head.limits.mean(axis=1)))
+
+
+def test_the_best_learner_keeps_them() -> None:
+    """It holds what it is made with, and never more."""
+    check_learner(BestLearner)
 
 
 def test_the_nearest_hit_keeps_them() -> None:

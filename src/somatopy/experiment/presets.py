@@ -10,7 +10,7 @@ from somatopy.experiment.description import Description, Phase
 from somatopy.learners.hebbian import Hebbian
 from somatopy.registry import BABBLERS, INTERVENTIONS, LEARNERS, MAPS, RULES
 
-__all__ = ["CONTROLS", "PRESETS", "paper", "paper_2016", "paper_wide"]
+__all__ = ["CONTROLS", "PRESETS", "best", "paper", "paper_2016", "paper_wide"]
 
 
 def paper() -> Description:
@@ -65,6 +65,13 @@ def paper_2016() -> Description:
             centring="none",
         ),
     )
+
+
+def best() -> Description:
+    """The best learner in the wide range: an hour intact, then half an hour with the paper's damage."""
+    intact, damaged = paper_wide().phases
+    phases = [intact.replaced(frames=54_000), damaged.replaced(frames=27_000)]
+    return paper_wide().replaced(name="best", learner=LEARNERS.validated("best"), phases=phases)
 
 
 def random(described: Description) -> Description:
@@ -150,10 +157,11 @@ def _preset(control: Callable[[Description], Description], name: str) -> Descrip
     return control(paper()).replaced(name=name)
 
 
-#: Presets by name: the paper's experiment, its variant, and each control of it.
+#: Presets by name: the paper's experiment, its variants, the best learner, and each control of the paper's.
 PRESETS: dict[str, Callable[[], Description]] = {
     "paper": paper,
     "paper-wide": paper_wide,
     "paper-2016": paper_2016,
+    "best": best,
     **{f"paper-{name}": partial(_preset, control, f"paper-{name}") for name, control in CONTROLS.items()},
 }

@@ -2,6 +2,7 @@
 
 from somatopy.contract import Learner
 from somatopy.learners.base import Plastic, Scale
+from somatopy.learners.best import BestLearner
 from somatopy.learners.check import check_learner
 from somatopy.learners.controls import FixedGaze, RandomGaze
 from somatopy.learners.hebbian import HebbianLearner, centring
@@ -9,11 +10,13 @@ from somatopy.learners.nearest import NearestGaze
 from somatopy.registry import LEARNERS
 
 LEARNERS.add("hebbian", "somatopy.learners.hebbian:Hebbian")
+LEARNERS.add("best", "somatopy.learners.best:BestLearner")
 LEARNERS.add("random", "somatopy.learners.controls:RandomGaze")
 LEARNERS.add("fixed", "somatopy.learners.controls:Fixed")
 LEARNERS.add("nearest", "somatopy.learners.nearest:NearestGaze")
 
 __all__ = [
+    "BestLearner",
     "FixedGaze",
     "HebbianLearner",
     "Learner",

@@ -1,0 +1,101 @@
+"""What the learner finds out about its head and eye: sensed angle against command, and pixels against angles."""
+
+from __future__ import annotations
+
+import math
+
+from somatopy._jit import jit
+from somatopy.learners.best.memory import BIN, TURNS, Memory
+from somatopy.percept import Floats
+
+__all__ = ["bin_of", "learn_bias", "learn_ends", "learn_gain", "learn_speed"]
+
+BIAS_RATE, BIAS_MOST, STRIDE_SHARE = 0.05, 0.3, 0.8
+GAIN_RATE, GAIN_LEAST, TURN_LEAST = 0.05, 0.05 / 2.56, 0.05
+SPEED_RATE, WAY_LEAST = 0.02, 0.05
+SETTLED, PICTURES = 100, 1.4
+
+
+@jit
+def learn_bias(memory: Memory, head: Floats, command: Floats) -> None:
+    """beta += .05 (y - command - beta), where the head had the time to get there.
+
+    A move that was longer than the head is quick leaves the head on its way, which is no bias. So only moves count that
+    are shorter than the longest way that the joint has been seen to go in one frame.
+
+    Args:
+        memory: what the learner holds.
+        head: y, sensed head posture, shape (m,), rad.
+        command: the last command as the body clipped it, shape (m,), rad.
+    """
+    for k in range(head.size):
+        before = memory.head[k]
+        memory.stride[k] = max(memory.stride[k], abs(head[k] - before))
+        rest = head[k] - command[k] - memory.bias[k]
+        quick = abs(command[k] + memory.bias[k] - before) <= STRIDE_SHARE * memory.stride[k]
+        if quick and abs(rest) < BIAS_MOST:
+            memory.bias[k] += BIAS_RATE * rest
+
+
+@jit
+def learn_ends(memory: Memory, command: Floats) -> None:
+    """Remember to which angle the body cut what was asked of a joint, at this command of the joint before it.
+
+    Args:
+        memory: what the learner holds.
+        command: the last command as the body clipped it, shape (m,), rad.
+    """
+    for k in range(1, command.size):
+        if abs(command[k] - memory.asked[k]) > 1e-4:
+            place = bin_of(memory, k - 1, command[k - 1])
+            memory.ends[k, int(command[k] < memory.asked[k]), place] = command[k]
+
+
+@jit
+def bin_of(memory: Memory, joint: int, command: float) -> int:
+    """In which bin of a joint's commands one lies, rad."""
+    place = round(command / BIN) - round(memory.limits[joint, 0] / BIN)
+    return int(min(max(place, 0), memory.ends.shape[2] - 1))
+
+
+@jit
+def learn_speed(memory: Memory, felt: Floats) -> None:
+    """v += .02 ((x~ - old x~) sign(d) - v), for each arm joint on a way of d that is longer than .05.
+
+    Args:
+        memory: what the learner holds.
+        felt: x~ of this frame, shape (n,).
+    """
+    for k in range(felt.size):
+        way = memory.felt[1, k] - memory.felt[0, k]
+        if abs(way) > WAY_LEAST:
+            went = (felt[k] - memory.felt[0, k]) * (1.0 if way > 0.0 else -1.0)
+            memory.speed[k] += SPEED_RATE * (went - memory.speed[k])
+
+
+@jit
+def learn_gain(memory: Memory, head: Floats, pixel: Floats) -> bool:
+    """G += .05 e dp' / (|dp|^2 + .02) with e = -dy - G dp, from what a movement of its own head does to the picture.
+
+
+    Args:
+        memory: what the learner holds.
+        head: y, shape (m,), rad.
+        pixel: p, shape (2,); NaN on a miss.
+
+    Returns:
+        Whether it learned.
+    """
+    du, dv = pixel[0] - memory.pixel[0], pixel[1] - memory.pixel[1]
+    turn = 0.0
+    for k in range(head.size):
+        turn += (head[k] - memory.head[k]) ** 2
+    if math.isnan(du) or math.sqrt(turn) <= TURN_LEAST:
+        return False
+    scale = GAIN_RATE / (du * du + dv * dv + GAIN_LEAST)
+    for k in range(head.size):
+        error = memory.head[k] - head[k] - memory.gain[k, 0] * du - memory.gain[k, 1] * dv
+        memory.gain[k, 0] += scale * error * du
+        memory.gain[k, 1] += scale * error * dv
+    memory.numbers[TURNS] += 1.0
+    return True

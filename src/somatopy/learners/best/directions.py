@@ -1,0 +1,158 @@
+"""Where the hand is: the head posture that would centre it, as a polynomial of the felt posture and a map of units."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from somatopy._jit import jit, jit_inlined
+from somatopy.learners.best.memory import FRAMES, MOST_UNITS, UNITS, UNUSED, Memory, spacing
+from somatopy.percept import Floats, Ints
+
+__all__ = ["NEAREST", "active", "direction", "find_or_add", "learn_direction", "powers", "powers_turned"]
+
+NEAREST = 16  # units that may be active
+PLANE_RATE, TURN_RATE, DRIFT_RATE, DRIFT_KEPT = 0.2, 0.5, 0.5, 0.9
+
+
+@jit_inlined
+def width_of(joints: int) -> float:
+    """Width of the units' neighbourhood, [0, 1] units."""
+    return spacing(joints) * 0.15 / 0.22
+
+
+@jit
+def active(units: Floats, count: int, x: Floats, index: Ints, share: Floats) -> int:
+    """The nearest units, and their shares a in what the map says at x: Gaussian in the distance, relative to the least.
+
+    Args:
+        units: positions, shape (U, n).
+        count: how many of them are in use, one at least.
+        x: felt posture, shape (n,).
+        index: overwritten by the units' indices, the nearest first, shape (16,).
+        share: overwritten by their shares, which sum to 1, shape (16,).
+
+    Returns:
+        How many units are active.
+    """
+    found = 0
+    for unit in range(count):
+        square = 0.0
+        for k in range(x.size):
+            square += (units[unit, k] - x[k]) ** 2
+        if found == NEAREST and square >= share[found - 1]:
+            continue
+        found = min(found + 1, NEAREST)
+        place = found - 1
+        while place > 0 and share[place - 1] > square:
+            index[place], share[place] = index[place - 1], share[place - 1]
+            place -= 1
+        index[place], share[place] = unit, square
+    variance, least, total, kept = width_of(x.size) ** 2, share[0], 0.0, 0
+    while kept < found and share[kept] <= least + 6.0 * variance:
+        share[kept] = math.exp(-(share[kept] - least) / (2.0 * variance))
+        total += share[kept]
+        kept += 1
+    for place in range(kept):
+        share[place] /= total
+    return kept
+
+
+@jit
+def find_or_add(memory: Memory, x: Floats, may_add: bool, index: Ints, share: Floats) -> int:
+    """The active units at x; far from all there is a new one there first, if there may be, which says nothing yet."""
+    numbers = memory.numbers
+    count = int(numbers[UNITS])
+    found = active(memory.units, count, x, index, share) if count else 0
+    if may_add and (found == 0 or _distance(memory.units[index[0]], x) > spacing(x.size)):
+        place = count if count < MOST_UNITS else _longest_unused(memory)
+        if place >= 0:
+            memory.units[place], memory.turns[place], memory.fields[place] = x, 0.0, 0.0
+            numbers[UNITS] = max(count, place + 1)
+            found = active(memory.units, int(numbers[UNITS]), x, index, share)
+    if found:
+        memory.used[index[0]] = int(numbers[FRAMES])
+    return found
+
+
+@jit
+def _longest_unused(memory: Memory) -> int:
+    """The unit that was nearest longest ago, or -1 if that is not long."""
+    place = int(np.argmin(memory.used))
+    return place if memory.numbers[FRAMES] - memory.used[place] > UNUSED else -1
+
+
+@jit_inlined
+def _distance(a: Floats, b: Floats) -> float:
+    square = 0.0
+    for k in range(b.size):
+        square += (a[k] - b[k]) ** 2
+    return math.sqrt(square)
+
+
+@jit
+def powers(x: Floats, out: Floats) -> None:
+    """phi: the monomials of 2 x - 1 up to degree 2, shape ((n + 1)(n + 2) / 2,)."""
+    n = x.size
+    out[0] = 1.0
+    place = n + 1
+    for i in range(n):
+        out[1 + i] = 2.0 * x[i] - 1.0
+        for j in range(i, n):
+            out[place] = (2.0 * x[i] - 1.0) * (2.0 * x[j] - 1.0)
+            place += 1
+
+
+@jit
+def powers_turned(x: Floats) -> Floats:
+    """Derivative of phi by x, shape ((n + 1)(n + 2) / 2, n)."""
+    n = x.size
+    slopes = np.zeros(((n + 1) * (n + 2) // 2, n))
+    place = n + 1
+    for i in range(n):
+        slopes[1 + i, i] = 2.0
+        for j in range(i, n):
+            slopes[place, i] += 2.0 * (2.0 * x[j] - 1.0)
+            slopes[place, j] += 2.0 * (2.0 * x[i] - 1.0)
+            place += 1
+    return slopes
+
+
+@jit
+def direction(memory: Memory, phi: Floats, index: Ints, share: Floats, found: int, out: Floats) -> None:
+    """g = B phi + sum a_i b_i, shape (m,), rad."""
+    for k in range(out.size):
+        total = 0.0
+        for q in range(phi.size):
+            total += memory.plane[k, q] * phi[q]
+        for place in range(found):
+            total += share[place] * memory.turns[index[place], k]
+        out[k] = total
+
+
+@jit
+def learn_direction(
+    memory: Memory, error: Floats, trust: float, phi: Floats, index: Ints, share: Floats, found: int
+) -> None:
+    """Normalised delta rule for the polynomial and the active units: B += .2 e phi' / |phi|^2, b_i += .5 e a_i / |a|^2.
+
+    Args:
+        memory: what the learner holds.
+        error: e, where the hand was less where it was expected, shape (m,), rad.
+        trust: lambda, 1 while the body feels as usual, 0 while it does not.
+        phi: monomials of the felt posture.
+        index: the active units.
+        share: their shares.
+        found: how many they are.
+    """
+    square, shares = 0.0, 0.0
+    for q in range(phi.size):
+        square += phi[q] ** 2
+    for place in range(found):
+        shares += share[place] ** 2
+    for k in range(error.size):
+        for q in range(phi.size):
+            memory.plane[k, q] += PLANE_RATE * trust * error[k] * phi[q] / square
+        for place in range(found):
+            memory.turns[index[place], k] += TURN_RATE * trust * error[k] * share[place] / shares

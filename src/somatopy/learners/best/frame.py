@@ -1,0 +1,176 @@
+"""One frame of the learner in its order: what is felt and seen teaches each part, then the next gaze is chosen."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from somatopy._jit import jit
+from somatopy.learners.best.action import best_gaze
+from somatopy.learners.best.calibration import learn_bias, learn_ends, learn_gain, learn_speed
+from somatopy.learners.best.directions import (
+    DRIFT_KEPT,
+    DRIFT_RATE,
+    NEAREST,
+    active,
+    direction,
+    find_or_add,
+    learn_direction,
+    powers,
+)
+from somatopy.learners.best.memory import HITS, SURPRISE, TURNS, UNITS, Memory
+from somatopy.learners.best.schema import count_sight, is_lost, move_schema, pull_schema, surprise
+from somatopy.learners.best.visibility import evidence, fade, fit_sheet, in_reach, is_due, learn_visibility
+from somatopy.percept import Floats
+
+__all__ = ["PARTS", "choose", "expect", "live", "live_and_choose"]
+
+#: Parts that may learn, in the order of `live`'s flags.
+PARTS = ("schema", "calibration", "directions", "visibility", "memory")
+SCHEMA, CALIBRATION, DIRECTIONS, VISIBILITY, MEMORY = range(5)
+
+
+@jit
+def live(
+    memory: Memory,
+    arm: Floats,
+    target: Floats,
+    head: Floats,
+    command: Floats,
+    pixel: Floats,
+    aspect: float,
+    learns: NDArray[np.bool_],
+) -> float:
+    """One frame: all parts that may learn from it do.
+
+    Args:
+        memory: what the learner holds.
+        arm: sensed arm posture, shape (n,), rad.
+        target: the arm's target, shape (n,), rad.
+        head: y, sensed head posture, shape (m,), rad.
+        command: the last command as the body clipped it, shape (m,), rad.
+        pixel: p, where the hand is seen from the picture's centre, in halves of its width, shape (2,); NaN on a miss.
+        aspect: height of the picture by its width.
+        learns: which parts learn, shape (5,).
+
+    Returns:
+        The error |e| of the direction, rad; NaN on a miss.
+    """
+    numbers, n, m = memory.numbers, arm.size, head.size
+    hit = not math.isnan(pixel[0])
+    x, goal = np.empty(n), np.empty(n)
+    for j in range(n):
+        x[j] = (arm[j] - memory.low[j]) / memory.span[j] + memory.shift[j]
+        goal[j] = (target[j] - memory.low[j]) / memory.span[j] + memory.shift[j]
+    if learns[CALIBRATION]:
+        _calibrate(memory, x, head, command, pixel, aspect)
+    kappa = numbers[SURPRISE]
+    trust = 1.0 - kappa
+    index, share = np.empty(NEAREST, np.int64), np.empty(NEAREST)
+    found = find_or_add(memory, x, learns[DIRECTIONS] and kappa < 0.5, index, share)
+    phi, expected = np.empty(memory.plane.shape[1]), np.empty(m)
+    powers(x, phi)
+    direction(memory, phi, index, share, found, expected)
+    count_sight(numbers, hit)
+    wrong = 1.0 if is_lost(numbers) else kappa
+    offset, error, step = head - expected - memory.drift, np.full(m, np.nan), np.zeros(n)
+    if hit:
+        for k in range(m):
+            way = memory.gain[k, 0] * pixel[0] + memory.gain[k, 1] * pixel[1]
+            error[k], offset[k] = head[k] + way - expected[k], -way
+        surprise(numbers, error)
+        if kappa > 0.0 and learns[SCHEMA]:
+            step = move_schema(memory, x, error, kappa, index, share, found)
+        if learns[DIRECTIONS]:
+            learn_direction(memory, error, trust, phi, index, share, found)
+        if learns[MEMORY]:
+            memory.drift[:] += DRIFT_RATE * (error - memory.drift)
+    else:
+        memory.drift[:] *= DRIFT_KEPT
+    if learns[SCHEMA]:
+        pull_schema(memory, x, wrong)
+        memory.shift[:] += step
+    fade(memory)
+    if numbers[HITS] > 0.0 and in_reach(memory, offset):
+        learn_visibility(memory, offset, hit, trust, learns[VISIBILITY], learns[MEMORY], index, share, found)
+    memory.felt[0], memory.felt[1], memory.head[:], memory.pixel[:] = x, goal, head, pixel
+    size = 0.0
+    for k in range(m):
+        size += error[k] ** 2
+    return math.sqrt(size)
+
+
+@jit
+def _calibrate(memory: Memory, x: Floats, head: Floats, command: Floats, pixel: Floats, aspect: float) -> None:
+    """Steps before the map: bias and ends of the head, speed of the arm, pixel gain."""
+    learn_bias(memory, head, command)
+    learn_ends(memory, command)
+    learn_speed(memory, x)
+    if learn_gain(memory, head, pixel) and is_due(memory.numbers[TURNS]):
+        fit_sheet(memory, aspect)
+
+
+@jit
+def live_and_choose(
+    memory: Memory,
+    arm: Floats,
+    target: Floats,
+    head: Floats,
+    command: Floats,
+    pixel: Floats,
+    aspect: float,
+    learns: NDArray[np.bool_],
+) -> float:
+    """`live`, then `choose` where the hand was ever seen, in one call; -1, and nothing has changed, if not finite."""
+    for vector in (arm, target, head, command):
+        if not np.isfinite(vector).all():
+            return -1.0
+    error = live(memory, arm, target, head, command, pixel, aspect, learns)
+    if memory.numbers[HITS] > 0.0:
+        choose(memory, learns[MEMORY])
+    return error
+
+
+@jit
+def choose(memory: Memory, recent: bool) -> None:
+    """Ask for the best gaze at the posture one frame ahead, as far as the arm's speed is known: it stands in `asked`.
+
+    Args:
+        memory: what the learner holds, after `live`.
+        recent: whether working memory and drift count.
+    """
+    x = np.empty(memory.shift.size)
+    for j in range(x.size):
+        most = max(memory.speed[j], 0.0)
+        x[j] = memory.felt[0, j] + min(max(memory.felt[1, j] - memory.felt[0, j], -most), most)
+    _expect(memory, x, recent, recent, memory.asked)
+
+
+@jit
+def expect(memory: Memory, arm: Floats, drift: bool) -> Floats:
+    """The command for a sensed arm posture, shape (m,), rad, without working memory; nothing changes.
+
+    Args:
+        memory: what the learner holds.
+        arm: sensed arm posture, shape (n,), rad.
+        drift: whether eps counts.
+    """
+    command = np.empty(memory.head.size)
+    _expect(memory, (arm - memory.low) / memory.span + memory.shift, False, drift, command)
+    return command
+
+
+@jit
+def _expect(memory: Memory, x: Floats, recent: bool, drift: bool, command: Floats) -> None:
+    """The command for a felt posture."""
+    index, share = np.empty(NEAREST, np.int64), np.empty(NEAREST)
+    count = int(memory.numbers[UNITS])
+    found = active(memory.units, count, x, index, share) if count else 0
+    phi, centre = np.empty(memory.plane.shape[1]), np.empty(memory.head.size)
+    powers(x, phi)
+    direction(memory, phi, index, share, found, centre)
+    if drift:
+        centre += memory.drift
+    best_gaze(memory, centre, evidence(memory, recent, index, share, found), command)

@@ -1,0 +1,145 @@
+"""What the learner holds: one named tuple of arrays that all kernels share, and how large each is."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from somatopy._jit import jit
+from somatopy.percept import Floats, Ints, Robot
+
+__all__ = ["Memory", "fresh", "spacing"]
+
+#: Units that the map has room for, and frames (five minutes) after which one that was never nearest may be replaced.
+MOST_UNITS, UNUSED = 1000, 4500
+#: Cells of the sheet along each axis, by the number of head joints: at most 31 along one and 1,200 in all.
+CELLS = {1: (31,), 2: (31, 31), 3: (11, 11, 9)}
+
+#: The sheet reaches so many times as far as psi's unit.
+REACH_IN_SCALES = 1.5
+#: Width of a bin of commands, rad.
+BIN = 0.1
+
+#: Where single numbers stand in `Memory.numbers`: units in use; frames and hits so far; kappa_e; fast and slow average
+#: of the error of direction; fast and slow average of hits; movements from which the pixel gain learned.
+UNITS, FRAMES, HITS, SURPRISE, FAST_ERROR, SLOW_ERROR, FAST_SIGHT, SLOW_SIGHT, TURNS = range(9)
+
+
+class Memory(NamedTuple):
+    """All that the learner holds, for n arm joints and m head joints. A felt posture is in [0, 1] units by the limits.
+
+    Attributes:
+        numbers: counts and averages: `UNITS`, `FRAMES` and so on say which stands where.
+        shift: c, what the schema adds to a felt posture, shape (n,).
+        home: mu, the mean felt posture, shape (n,).
+        speed: v, speed of each arm joint, shape (n,), units a frame.
+        felt: x~ and x~* of this frame, shape (2, n).
+        head: y of this frame, shape (m,), rad.
+        pixel: p of this frame, shape (2,), in halves of the picture's width; NaN on a miss.
+        bias: beta, sensed head posture less command, shape (m,), rad.
+        stride: the longest way that each head joint was seen to go in a frame, shape (m,), rad.
+        gain: G, head movement that a movement in the picture is worth, shape (m, 2), rad.
+        drift: eps, what the last hits say beyond the map, shape (m,), rad.
+        plane: B, of the polynomial part of the direction, shape (m, Q), rad.
+        units: where units stand among felt postures, shape (U, n).
+        turns: b, of the units' part of the direction, shape (U, m), rad.
+        fields: w, what of visibility is each unit's own, shape (U, P).
+        used: frame in which each unit was nearest for the last time, shape (U,).
+        sheet: f, what of visibility all postures share, shape (s,), the cells of `shape` row by row.
+        recent: E, what was just seen and missed, shape (s,).
+        shape: cells along each axis of the sheet, shape (m,).
+        reach: where the sheet ends on each axis, shape (m,), rad.
+        scale: psi's unit on each axis, shape (m,), rad.
+        asked: the command before the body clipped it, shape (m,), rad; NaN before the first.
+        ends: the lowest and highest angle that the body left each head joint at a command of its partner, by bins of
+            that command, shape (m, 2, bins), rad.
+        limits: low and high of each head joint, shape (m, 2), rad.
+        low: lower limit of each arm joint, shape (n,), rad.
+        span: range of each arm joint, shape (n,), rad.
+    """
+
+    numbers: Floats
+    shift: Floats
+    home: Floats
+    speed: Floats
+    felt: Floats
+    head: Floats
+    pixel: Floats
+    bias: Floats
+    stride: Floats
+    gain: Floats
+    drift: Floats
+    plane: Floats
+    units: Floats
+    turns: Floats
+    fields: Floats
+    used: Ints
+    sheet: Floats
+    recent: Floats
+    shape: Ints
+    reach: Floats
+    scale: Floats
+    asked: Floats
+    ends: Floats
+    limits: Floats
+    low: Floats
+    span: Floats
+
+
+@jit
+def spacing(joints: int) -> float:
+    """How far from all units a felt posture gets one of its own, [0, 1] units.
+
+    It is .22 for four joints, whose range some 400 units then fill. It grows with the number of joints, and beyond four
+    it grows faster, so that maps of one to eight joints stay below 1,000 units.
+    """
+    return 0.055 * joints if joints <= 4 else 0.22 + 0.095 * (joints - 4)
+
+
+def fresh(robot: Robot) -> Memory:
+    """What a learner holds before its first frame.
+
+    Args:
+        robot: names and limits of arm and head joints, and the camera.
+    """
+    n, m, limits = len(robot.arm), len(robot.head), robot.head.limits
+    shape, reach = CELLS[m], np.full(m, 0.5 * np.ptp(limits, axis=1).min())  # until the pixel gain is known
+    first, last = np.rint(limits / BIN).astype(np.int64).T
+    ends = np.empty((m, 2, int((last - first).max()) + 1))
+    ends[:, 0], ends[:, 1] = -np.inf, np.inf
+    numbers = np.zeros(9)
+    numbers[[FAST_ERROR, SLOW_ERROR]] = 1.0
+    return Memory(
+        numbers=numbers,
+        shift=np.zeros(n),
+        home=np.full(n, 0.5),
+        speed=np.zeros(n),
+        felt=np.zeros((2, n)),
+        head=np.zeros(m),
+        pixel=np.full(2, np.nan),
+        bias=np.zeros(m),
+        stride=np.zeros(m),
+        gain=np.zeros((m, 2)),
+        drift=np.zeros(m),
+        plane=np.zeros((m, _monomials(n))),
+        units=np.zeros((MOST_UNITS, n)),
+        turns=np.zeros((MOST_UNITS, m)),
+        fields=np.zeros((MOST_UNITS, _monomials(m))),
+        used=np.zeros(MOST_UNITS, np.int64),
+        sheet=np.zeros(int(np.prod(shape))),
+        recent=np.zeros(int(np.prod(shape))),
+        shape=np.array(shape, np.int64),
+        reach=reach,
+        scale=reach / REACH_IN_SCALES,
+        asked=np.full(m, np.nan),
+        ends=ends,
+        limits=limits,
+        low=robot.arm.lower.copy(),
+        span=robot.arm.upper - robot.arm.lower,
+    )
+
+
+def _monomials(variables: int) -> int:
+    """How many monomials of degree 0 to 2 there are."""
+    return (variables + 1) * (variables + 2) // 2

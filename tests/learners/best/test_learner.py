@@ -1,0 +1,165 @@
+"""What the learner promises beyond the laws of learners: it is small and local, and fits any robot."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from somatopy.clock import FRAME
+from somatopy.contract import size
+from somatopy.learners import BestLearner
+from somatopy.learners.best.directions import NEAREST, active
+from somatopy.learners.best.memory import MOST_UNITS, fresh, spacing
+from somatopy.learners.best.visibility import corners, evidence, fit_sheet
+from somatopy.percept import Camera, Floats, Percept, Robot, Sighting, Space
+
+HEAD = Space(("yaw", "pitch"), [-2.0, -0.7], [2.0, 0.6])
+
+
+def robot(joints: int = 4, head: Space = HEAD, width: int = 320, height: int = 240) -> Robot:
+    arm = Space([f"arm{k}" for k in range(joints)], np.full(joints, -1.5), np.full(joints, 1.2))
+    return Robot({"arm": arm, "head": head}, ("head",), Camera("eye", width, height, fovy=0.83))
+
+
+class World:
+    """An arm that babbles, a hand that is in a direction given by the arm, and a head that is where it is told to be.
+
+    The hand is seen where it is within the picture, but for a strip that a shoulder hides.
+    """
+
+    def __init__(self, robot: Robot, seed: int = 0) -> None:
+        self.robot, self.rng = robot, np.random.default_rng(seed)
+        self.mix = self.rng.normal(size=(len(robot.head), len(robot.arm))) / np.sqrt(len(robot.arm))
+        self.arm, self.goal = robot.arm.limits.mean(axis=1), robot.arm.limits.mean(axis=1)
+        self.head = np.zeros(len(robot.head))
+        self.frame = 0
+
+    def percept(self, command: Floats) -> Percept:
+        """What is sensed one frame after a command."""
+        limits, head_limits = self.robot.arm.limits, self.robot.head.limits
+        if self.frame % 30 == 0:
+            self.goal = self.rng.uniform(*limits.T)
+        self.arm = self.arm + np.clip(self.goal - self.arm, -0.05, 0.05)
+        clipped = np.clip(command, *head_limits.T)
+        self.head = self.head + np.clip(clipped - self.head, -0.5, 0.5)
+        self.frame += 1
+        return Percept(self.frame * FRAME, self.arm, self.head, self.goal, clipped, self.sighting(), FRAME)
+
+    def sighting(self) -> Sighting | None:
+        """Where the hand is in the picture, if it is."""
+        camera = self.robot.camera
+        hand = 0.25 * np.tanh(self.mix @ self.arm) * np.ptp(self.robot.head.limits, axis=1)
+        apart = np.resize(np.append(hand - self.head, 0.0), 2) if len(hand) == 1 else (hand - self.head)[:2]
+        u, v = camera.centre[0] - camera.focal * apart[0], camera.centre[1] + camera.focal * apart[1]
+        hidden = -0.1 < apart[0] < 0.05 and self.arm[0] < -0.3
+        inside = 10 < u < camera.width - 10 and 10 < v < camera.height - 10
+        return Sighting((u, v), 0, 400.0) if inside and not hidden else None
+
+
+def live(learner: BestLearner, world: World, frames: int) -> Floats:
+    """Whether the hand was seen in each frame."""
+    command, hits = world.head, np.zeros(frames)
+    for k in range(frames):
+        percept = world.percept(command)
+        hits[k] = percept.sighting is not None
+        learner.observe(percept)
+        command = learner.gaze(percept)
+    return hits
+
+
+def test_it_is_at_most_150_kb() -> None:
+    """For four arm joints and two head joints, whatever it has seen."""
+    learner = BestLearner(robot(), np.random.default_rng(0))
+    live(learner, World(robot()), 600)
+    assert size(learner.state()) <= 150_000
+
+
+def test_a_frame_changes_active_units_and_shared_parts_alone() -> None:
+    """Units whose share a is 0 keep what they say, to the last bit."""
+    learner, world = BestLearner(robot(), np.random.default_rng(0)), World(robot())
+    live(learner, world, 1500)
+    command, moved = world.head, 0
+    for _ in range(200):
+        percept = world.percept(command)
+        before = learner.state()["memory"]
+        learner.observe(percept)
+        command, after = learner.gaze(percept), learner.state()["memory"]
+        index, share = np.empty(NEAREST, np.int64), np.empty(NEAREST)
+        count = int(after["numbers"][0])
+        found = active(after["units"], count, after["felt"][0], index, share)
+        for name in ("turns", "fields"):
+            changed = set(np.flatnonzero((before[name] != after[name]).any(axis=1)).tolist())
+            moved += len(changed)
+            assert changed <= set(index[:found].tolist())
+        known = int(before["numbers"][0])
+        np.testing.assert_array_equal(before["units"][:known], after["units"][:known])
+    assert moved > 1000
+
+
+@pytest.mark.parametrize("joints", range(1, 9))
+def test_a_map_of_one_to_eight_joints_stays_below_its_room(joints: int) -> None:
+    """Filled by 12,000 postures all over the range, by the rule of the learner: one of its own where none is near."""
+    rng, units = np.random.default_rng(0), np.empty((0, joints))
+    for x in rng.uniform(size=(12_000, joints)):
+        if not len(units) or ((units - x) ** 2).sum(axis=1).min() > spacing(joints) ** 2:
+            units = np.vstack([units, x])
+    assert 10 < len(units) < MOST_UNITS
+    assert spacing(4) == pytest.approx(0.22)
+
+
+@pytest.mark.parametrize(
+    ("arm", "head", "size"),
+    [
+        (1, Space(("pan",), [-2.0], [2.0]), (320, 240)),
+        (4, HEAD, (640, 480)),
+        (8, Space(("yaw", "pitch", "roll"), [-2, -0.7, -0.3], [2, 0.6, 0.3]), (240, 320)),
+    ],
+)
+def test_it_learns_where_to_look_on_any_robot(arm: int, head: Space, size: tuple[int, int]) -> None:
+    """In four minutes it sees a smooth hand twice as often as random gazes, and in three of four frames at least."""
+    body = robot(arm, head, *size)
+    world = World(body)
+    hits = live(BestLearner(body, np.random.default_rng(0)), world, 3600)
+    rng, blind = np.random.default_rng(1), World(body)
+    chance = np.mean([blind.percept(rng.uniform(*head.limits.T)).sighting is not None for _ in range(3600)])
+    assert hits[-900:].mean() > max(0.75, min(2 * chance, 0.95))
+
+
+def test_frozen_it_still_acts_and_predicts_without_working_memory() -> None:
+    """With nothing plastic, predictions stay, and what was just seen does not count."""
+    learner, world = BestLearner(robot(), np.random.default_rng(0)), World(robot())
+    live(learner, world, 1500)
+    learner.plastic = frozenset()
+    arm = world.arm
+    before: dict[str, Any] = learner.state()["memory"]
+    expected = learner.predict(arm)
+    hits = live(learner, world, 900)
+    np.testing.assert_array_equal(learner.predict(arm), expected)
+    for name in ("plane", "turns", "fields", "sheet", "gain", "shift", "bias"):
+        np.testing.assert_array_equal(learner.state()["memory"][name], before[name])
+    assert hits.mean() > 0.5
+
+
+@pytest.mark.parametrize("head", [Space(("pan",), [-2.0], [2.0]), HEAD])
+def test_a_sheet_that_is_fitted_anew_says_the_same(head: Space) -> None:
+    """On offsets that both sheets hold: exactly what units say, and the sheet itself but for its coarser cells."""
+    memory = fresh(robot(2, head))
+    rng, m = np.random.default_rng(0), len(head)
+    memory.numbers[0] = 1
+    memory.fields[0] = rng.normal(size=memory.fields.shape[1])
+    index, share = np.array([0]), np.array([1.0])
+    axes = [np.linspace(-1, 1, n) for n in memory.shape]
+    grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, m)
+    memory.sheet[:] = (grid * memory.reach) @ rng.normal(size=m)  # linear, which interpolation keeps
+    memory.gain[:] = 0.8 * memory.reach[0] / 1.4 * np.eye(m, 2)
+    before, old = evidence(memory, False, index, share, 1), memory.reach.copy()
+    fit_sheet(memory, 1.0)
+    after = evidence(memory, False, index, share, 1)
+    assert (memory.reach < old).all()
+    place, weight = np.empty(8, np.int64), np.empty(8)
+    wide = memory._replace(reach=old)
+    for cell, offset in enumerate(grid * memory.reach):
+        count = corners(wide, offset, np.zeros(m), place, weight)
+        assert after[cell] == pytest.approx(before[place[:count]] @ weight[:count], abs=0.05)
