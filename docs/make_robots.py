@@ -2,8 +2,9 @@
 
 usage: python docs/make_robots.py [--out runs/robots] [--seeds N] [--pictures]
 
-Every robot runs with the preset `paper`, physics and the geometric eye, 30 minutes intact under four learners, and 15
-more with the arm vector shifted under the paper's; then the best fixed head for two minutes under each of the two eyes.
+Every robot runs with the preset `paper`, physics and the geometric eye, 30 minutes intact under five learners. The
+paper's learner and the best one go on for 15 more with the arm vector shifted. Then comes the best fixed head for two
+minutes under each of the two eyes.
 All robots have the same settings. Needs `pip install "somatopy[robots]"` and `pip install --no-deps gym-aloha`. The
 study goes on where it was stopped. `--pictures` draws the pictures alone.
 """
@@ -30,7 +31,7 @@ from somatopy.eyes import FiducialEye, GeometricEye
 from somatopy.percept import Floats, Image
 
 FOLDER = Path(__file__).parents[1] / "examples" / "robots"
-LEARNERS = ("hebbian", "fixed", "nearest", "random")
+LEARNERS = ("hebbian", "best", "fixed", "nearest", "random")
 EYES = ("geometric", "fiducial")
 GAP = 6
 SIZE = 480  # px, height of the pictures
@@ -58,7 +59,7 @@ SHOTS = {
 def conditions() -> dict[str, Description]:
     """Each robot under each learner, and with a fixed head under each eye."""
     sorts = {learner: {"learner": learner, "minutes": 30, "damage_minutes": 0} for learner in LEARNERS}
-    sorts["hebbian"]["damage_minutes"] = 15
+    sorts["hebbian"]["damage_minutes"] = sorts["best"]["damage_minutes"] = 15
     sorts |= {eye: {"learner": "fixed", "minutes": 2, "damage_minutes": 0, "eye": eye} for eye in EYES}
     fixed = {"eye": "geometric", "motion": "dynamic"}
     return {
@@ -79,8 +80,8 @@ def row(table: pa.Table, robot: str) -> str:
     name = MujocoBody(FOLDER / f"{robot}.toml", motion="kinematic").anatomy.name
     shares = [
         rates(table, robot, "hebbian", 0, "ceiling"),
-        *(rates(table, robot, learner, 0) for learner in ("fixed", "nearest", "random", "hebbian")),
-        rates(table, robot, "hebbian", 1),
+        *(rates(table, robot, learner, 0) for learner in ("fixed", "nearest", "random")),
+        *(rates(table, robot, learner, phase) for learner in ("hebbian", "best") for phase in (0, 1)),
         *(rates(table, robot, eye, 0) for eye in EYES),
     ]
     frames = rates(table, robot, "hebbian", 0, "frames") + rates(table, robot, "hebbian", 1, "frames")
