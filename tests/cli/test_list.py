@@ -18,7 +18,7 @@ CHOICES = {
     "presets": set(PRESETS),
     "bodies": {*MODELS, "mujoco"},
     "babbling ranges": set(MODELS),
-    "learners": {"hebbian", "random", "fixed", "nearest"},
+    "learners": {"hebbian", "best", "random", "fixed", "nearest"},
     "damages": {"none", *SUITE} | DAMAGES,
     "eyes": {"fiducial", "geometric"},
     "babblers": {"uniform"},

@@ -95,7 +95,7 @@ def test_damages_by_table() -> None:
         ({"damage": "nothing"}, "damage = 'nothing' is unknown; choose none, paper or offset:a,b,c,d"),
         ({"damage": "offset:1,b"}, "damage = 'offset:1,b': could not convert string to float: 'b'. Write numbers, rad"),
         ({"phases.1.damage": "x"}, "phases.1.damage 'x' is unknown; choose none, paper or offset:a,b,c,d"),
-        ({"learner": "x"}, "S: learner.kind = 'x' is unknown; choose one of hebbian, random, fixed, nearest, or name"),
+        ({"learner": "x"}, "S: learner.kind = 'x' is unknown; choose one of hebbian, best, random, fixed, nearest, or"),
         ({"motion": "x"}, "S: body.motion = 'x': Input should be 'dynamic' or 'kinematic'"),
         ({"control": "x"}, "control = 'x' is unknown; choose none or one of random, fixed, "),
         ({"control": ["random"]}, "control = ['random'] is unknown; choose none or one of random, fixed, "),

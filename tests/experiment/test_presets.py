@@ -125,13 +125,23 @@ def arms(run: Run) -> np.ndarray:
 
 def test_every_control_is_a_preset() -> None:
     """Named after the paper's experiment, of the same robot, eye, babbling and first phase's damage."""
-    assert set(PRESETS) == {"paper", "paper-wide", "paper-2016", *(f"paper-{name}" for name in CONTROLS)}
+    assert set(PRESETS) == {"paper", "paper-wide", "paper-2016", "best", *(f"paper-{name}" for name in CONTROLS)}
     for name, make in PRESETS.items():
         made = make()
         assert made.name == name
+        if name == "best":
+            continue
         if name != "paper-wide":
             assert (made.seed, made.body, made.eye, made.babbling) == (0, paper().body, paper().eye, paper().babbling)
         assert (made.phases[0].frames, made.phases[0].damage) == (177_823, "none")
+
+
+def test_best_is_the_wide_experiment_with_another_learner() -> None:
+    """An hour intact and half an hour damaged; else nothing differs from `paper-wide`."""
+    best, wide = PRESETS["best"](), PRESETS["paper-wide"]()
+    assert (best.learner.kind, [phase.frames for phase in best.phases]) == ("best", [54_000, 27_000])
+    phases = [phase.replaced(frames=like.frames) for phase, like in zip(best.phases, wide.phases, strict=True)]
+    assert best.replaced(name=wide.name, learner=wide.learner, phases=phases) == wide
 
 
 def test_all_controls_of_a_seed_see_the_same_arm(run_control: Callable[[str], Run], run_short: RunShort) -> None:

@@ -275,10 +275,10 @@ def test_settings_of_kinds_that_are_added_are_checked_in_files(tmp_path: Path, l
 def test_a_description_names_the_kind_that_it_does_not_know() -> None:
     """The key, the value, and what to choose."""
     with pytest.raises(
-        ValidationError, match="kind = 'mine' is unknown; choose one of hebbian, random, fixed, nearest"
+        ValidationError, match="kind = 'mine' is unknown; choose one of hebbian, best, random, fixed, nearest"
     ):
         Description.model_validate({"learner": {"kind": "mine"}})
     with pytest.raises(
-        DescriptionError, match=r"learner\.kind = 'mine' is unknown; choose one of hebbian, random, fixed"
+        DescriptionError, match=r"learner\.kind = 'mine' is unknown; choose one of hebbian, best, random, fixed"
     ):
         Description().replaced(learner="mine")

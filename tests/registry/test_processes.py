@@ -94,7 +94,7 @@ learner = settings.build(SimpleNamespace(robot=1, rng=2))
 print(list(LEARNERS), learner.rate, LEARNERS.validated(LEARNERS.dumped(settings)) == settings, "gazer" in EYES)
 print("device" in BODIES)
 """
-    expected = "['hebbian', 'random', 'fixed', 'nearest', 'gazer'] 3.0 True False\nTrue"
+    expected = "['hebbian', 'best', 'random', 'fixed', 'nearest', 'gazer'] 3.0 True False\nTrue"
     assert fresh(code, elsewhere, tmp_path) == expected
 
 
