@@ -104,7 +104,7 @@ def test_settings_are_those_of_all_who_have_them(planned: Planned) -> None:
     [
         (("--learner", "fixed"), "--learner chooses one; compare takes several: --learners fixed,..."),
         (("--damage", "none"), "--damage chooses one; compare takes several: --damages none,..."),
-        (("--learners", "hebian"), "The learner 'hebian' is unknown; choose kinds of learners (hebbian, random, fixed"),
+        (("--learners", "hebian"), "The learner 'hebian' is unknown; choose kinds of learners (hebbian, best, random"),
         (("--damages", "papr"), "--damages 'papr' is unknown; choose none, paper or offset:a,b,c,d"),
         (("--seeds", "0"), "seeds = 0 must be how many seeds there are, such as 5"),
         (("--learners", ""), "The study 'compare' has no conditions: give it at least one."),

@@ -7,12 +7,13 @@ from typing import NamedTuple
 import numpy as np
 
 from somatopy._jit import jit
+from somatopy.clock import FRAMES_PER_MINUTE
 from somatopy.percept import Floats, Ints, Robot
 
 __all__ = ["Memory", "fresh", "spacing"]
 
-#: Units that the map has room for, and frames (five minutes) after which one that was never nearest may be replaced.
-MOST_UNITS, UNUSED = 1000, 4500
+#: Units that the map has room for, and frames after which one that was never nearest may be replaced.
+MOST_UNITS, UNUSED = 1000, 5 * FRAMES_PER_MINUTE
 #: Cells of the sheet along each axis, by the number of head joints: at most 31 along one and 1,200 in all.
 CELLS = {1: (31,), 2: (31, 31), 3: (11, 11, 9)}
 
