@@ -20,7 +20,8 @@ from somatopy.analysis.runs import Run
 from somatopy.analysis.summary import write_summary
 from somatopy.contract import Modelled, Twin
 from somatopy.experiment import Description, DescriptionError, RunFolder, Session
-from somatopy.experiment.ceiling import ceiling
+from somatopy.experiment.ceiling import EVERY, ceiling
+from somatopy.experiment.missed import miss_distances
 from somatopy.experiment.progress import ProgressBar
 from somatopy.experiment.run_folder import CHECKPOINT, write_json
 
@@ -40,6 +41,7 @@ def run(
     *,
     progress: bool = True,
     ceiling: bool = True,
+    every: int = EVERY,
     maps: bool = True,
     **parts: Parts,
 ) -> Run:
@@ -50,6 +52,7 @@ def run(
         out: the run folder, new or empty; runs/<time>_<name>_seed<k> if None.
         progress: whether to show how far it is, on standard error.
         ceiling: whether the ceiling of the run is computed at its end.
+        every: frames from one that the ceiling looks at to the next.
         maps: whether what was learned is kept at the end of each window.
         parts: `body`, `eye`, `babbler`, `learner`, `interventions` of your own, as `Session` takes them.
 
@@ -64,7 +67,7 @@ def run(
     """
     with begin(description, out, **parts) as (session, folder):
         play(session, folder, progress=progress, maps=maps)
-        return finish(session, folder.path, bounds=ceiling)
+        return finish(session, folder.path, bounds=ceiling, every=every)
 
 
 def resume(
@@ -72,6 +75,7 @@ def resume(
     *,
     progress: bool = True,
     ceiling: bool = True,
+    every: int = EVERY,
     maps: bool = True,
     anyway: bool = False,
     **parts: Parts,
@@ -82,6 +86,7 @@ def resume(
         folder: the run folder.
         progress: whether to show how far it is, on standard error.
         ceiling: whether the ceiling of the run is computed at its end.
+        every: frames from one that the ceiling looks at to the next.
         maps: whether what was learned is kept at the end of each window.
         anyway: whether to go on although versions or code are others than those that wrote it.
         parts: the parts of your own that the run began with and that cannot be imported, as `Session` takes them.
@@ -93,7 +98,7 @@ def resume(
     """
     with reopen(folder, anyway=anyway, **parts) as (session, opened, since):
         play(session, opened, since, progress=progress, maps=maps)
-        return finish(session, opened.path, bounds=ceiling)
+        return finish(session, opened.path, bounds=ceiling, every=every)
 
 
 def fork(
@@ -104,6 +109,7 @@ def fork(
     *,
     progress: bool = True,
     ceiling: bool = True,
+    every: int = EVERY,
     maps: bool = True,
     anyway: bool = False,
     **parts: Parts,
@@ -117,6 +123,7 @@ def fork(
         out: the new run folder, new or empty; runs/<time>_<name>_seed<k> if None.
         progress: whether to show how far it is, on standard error.
         ceiling: whether the ceiling of the run is computed at its end.
+        every: frames from one that the ceiling looks at to the next.
         maps: whether what was learned is kept at the end of each window.
         anyway: whether to go on although versions or code are others than those that wrote it.
         parts: parts of your own, as `Session` takes them.
@@ -145,7 +152,7 @@ def fork(
         target = RunFolder.new(out, new)
         _take_over(source.path, target.path, since["recorder"]["parts"], phase)
         play(session, target, since, progress=progress, maps=maps)
-        return finish(session, target.path, bounds=ceiling)
+        return finish(session, target.path, bounds=ceiling, every=every)
 
 
 def _take_over(old: Path, new: Path, windows: int, phase: int) -> None:
@@ -260,13 +267,16 @@ def _stoppable() -> Iterator[Any]:
                 signal.signal(number, handler)
 
 
-def finish(session: Session, folder: Path, *, bounds: bool = True, whole: str | Path | None = None) -> Run:
+def finish(
+    session: Session, folder: Path, *, bounds: bool = True, every: int = EVERY, whole: str | Path | None = None
+) -> Run:
     """What comes after the last frame: the ceiling of this trajectory, where the body can tell it, then the summary.
 
     Args:
         session: what has run.
         folder: its folder.
         bounds: whether ceiling and reactive bound are computed.
+        every: frames from one that the ceiling looks at to the next.
         whole: the folder to name for going on, where this run is part of a greater whole.
 
     Raises:
@@ -275,26 +285,29 @@ def finish(session: Session, folder: Path, *, bounds: bool = True, whole: str | 
     opened = load_run(folder)
     try:
         if bounds and isinstance(session.body, Twin):
-            _write_ceiling(session, opened)
+            _write_ceiling(session, opened, every)
         write_summary(opened)
     except KeyboardInterrupt:
         raise Interrupted(f"Interrupted after the last frame. {_go_on(Path(whole or folder))}") from None
     return opened
 
 
-def _write_ceiling(session: Session, opened: Run) -> None:
+def _write_ceiling(session: Session, opened: Run, every: int) -> None:
     bodies = _bodies_by_phase(session)
+    phase = opened.values("phase")
+    arms, heads, hits = (
+        [np.ascontiguousarray(values[phase == index]) for index in range(len(bodies))]
+        for values in (opened.postures("arm"), opened.postures("head"), opened.values("hit").astype(bool))
+    )
     try:
-        write_json(opened.path / "ceiling.json", ceiling(bodies, _arms_by_phase(opened, len(bodies))))
+        table = ceiling(bodies, arms, every=every)
+        for found, distance in zip(table["phases"], miss_distances(bodies, arms, heads, hits), strict=True):
+            found["miss_distance_rad"] = distance
+        write_json(opened.path / "ceiling.json", table)
     finally:
         for body in bodies:
             if body is not session.body:
                 body.close()
-
-
-def _arms_by_phase(opened: Run, phases: int) -> list[Any]:
-    arms, phase = opened.postures("arm"), opened.frames(["phase"])["phase"].to_numpy()
-    return [np.ascontiguousarray(arms[phase == index]) for index in range(phases)]
 
 
 def _bodies_by_phase(session: Session) -> list[Modelled]:

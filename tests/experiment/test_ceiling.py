@@ -213,12 +213,23 @@ def test_result_is_plain_data_of_phases_and_full_windows(body: MujocoBody) -> No
     assert result["reactive"] == {"rate": hits.mean(), "ceiling_rate": possible.mean(), "frames": 170}
 
 
+@pytest.mark.parametrize("every", [1, 7, 40])
+def test_each_ten_seconds_have_the_rate_of_the_frames_in_them(body: MujocoBody, every: int) -> None:
+    """150 frames each, whether or not the frames that are looked at fall on their borders; a rest is left out."""
+    arms = wandering(body, 470)
+    seen = reachable(Vantages.of(body, COARSE), arms)
+    frames = range(0, 470, every)
+    expected = [np.mean([seen[f] for f in frames if 150 * k <= f < 150 * (k + 1)]) for k in range(3)]
+    result = ceiling([body], [arms], every=every, grid=COARSE)
+    assert result["phases"][0]["per_ten_seconds"] == pytest.approx(expected)
+
+
 @pytest.mark.parametrize("phases", [[], [np.empty((0, 4))]])
 def test_without_frames_rates_are_null(body: MujocoBody, phases: list[Floats]) -> None:
     """Not zero: nothing was measured."""
     result = ceiling([body] * len(phases), phases, grid=COARSE)
     assert result["rate"] is None and result["reactive"] == {"rate": None, "ceiling_rate": None, "frames": 0}
-    assert result["phases"] == [{"rate": None, "per_window": []}] * len(phases)
+    assert result["phases"] == [{"rate": None, "per_window": [], "per_ten_seconds": []}] * len(phases)
 
 
 def test_reactive_bound_of_a_long_run_is_that_of_ten_minutes(body: MujocoBody) -> None:

@@ -14,7 +14,16 @@ from somatopy.analysis.described import kind_of, phases_of
 from somatopy.analysis.runs import Run, RunFolderError
 from somatopy.clock import WINDOW
 
-__all__ = ["ceiling_rates", "ceiling_shares", "efficiency", "reactive_efficiency", "reactive_rate", "why_no_ceiling"]
+__all__ = [
+    "ceiling_rates",
+    "ceiling_shares",
+    "ceilings_in_time",
+    "efficiency",
+    "miss_distances",
+    "reactive_efficiency",
+    "reactive_rate",
+    "why_no_ceiling",
+]
 
 Shares = list[float]
 
@@ -40,6 +49,23 @@ def ceiling_rates(run: Run) -> tuple[float | None, list[float | None]]:
         return _known(first), [_known(rate) for rate in rates]
     except (KeyError, TypeError, ValueError) as error:
         raise _unusable(run, error) from error
+
+
+def ceilings_in_time(run: Run) -> list[list[float | None]]:
+    """The ceiling in each full stretch of ten seconds of each phase that the run describes; none without a ceiling."""
+    return [[_known(share) for share in phase.get("per_ten_seconds", ())] for phase in _phases(run)]
+
+
+def miss_distances(run: Run) -> list[float | None]:
+    """How far a head that misses is from one that would see, rad, in each phase; None where that is not known."""
+    return [phase.get("miss_distance_rad") for phase in _phases(run)]
+
+
+def _phases(run: Run) -> list[Mapping[str, Any]]:
+    """What ceiling.json says of each phase that the run describes; nothing where it says nothing."""
+    said = (run.ceiling or {}).get("phases", ())
+    n = len(phases_of(run))
+    return [*said, *[{}] * n][:n]
 
 
 def reactive_rate(run: Run) -> float | None:

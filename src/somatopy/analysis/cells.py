@@ -16,8 +16,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from somatopy.analysis.bounds import ceiling_rates, ceiling_shares
+from somatopy.analysis.bounds import ceiling_rates, ceiling_shares, ceilings_in_time, miss_distances
 from somatopy.analysis.described import phases_of
+from somatopy.analysis.relearning import of_phase
 from somatopy.analysis.runs import Run, RunFolderError
 from somatopy.analysis.summary import summarise
 from somatopy.analysis.windows import moving_mean
@@ -83,16 +84,33 @@ COLUMNS = (
     CellColumn("arm_distortion", "list of float", "arm distortion at the end of each full minute of the phase"),
     CellColumn("head_distortion", "list of float", "head distortion at the end of each full minute of the phase"),
     CellColumn("gaze_error_deg", "float", "median angle between optical axis and hand, degrees"),
+    CellColumn("hits_per_minute", "list of int", "hits in each full minute of the phase"),
+    CellColumn("ceiling_per_minute", "list of float", "the ceiling in each full minute"),
+    CellColumn("plateau", "float", "efficiency of the last third of the phase"),
+    CellColumn("minutes_to_50", "float", "minutes until a running minute first has 50 % of the plateau; null if never"),
+    CellColumn("minutes_to_90", "float", "the same for 90 %"),
+    CellColumn("minutes_to_95", "float", "the same for 95 %"),
+    CellColumn("level_before", "float", "plateau of the last phase before without damage; null if there is none"),
+    CellColumn("dip", "float", "lowest running minute of the first five minutes, share of the level before"),
+    CellColumn("minutes_back", "float", "minutes until five running minutes have 95 % of it and stay; null if never"),
+    CellColumn("deficit_minutes", "float", "minutes of full sight lost in the phase against the level before"),
+    CellColumn("retention", "float", "first minute of a phase whose damage is undone, share of the level before"),
+    CellColumn("retention_minutes", "float", "minutes in it until a running minute has 95 % of that; null if never"),
+    CellColumn("miss_distance_rad", "float", "mean distance, rad, from a head that misses to one that would see"),
 )
 #: What a row says of the computing; nothing else depends on it.
 COSTS = (
     CellColumn("wall_s", "float", "wall time of the whole cell, s"),
     CellColumn("cpu_s", "float", "processor time of the whole cell, s"),
     CellColumn("peak_memory_bytes", "int", "most memory that the process which ran it had until then"),
+    CellColumn(
+        "learner_us", "float", "wall time of the learner alone in a frame, microseconds; without frames that compile"
+    ),
+    CellColumn("learner_bytes", "int", "bytes of the learner's state at the end of the run"),
     CellColumn("host", "string", "name of the machine"),
     CellColumn("finished", "string", "when it ended, in coordinated universal time"),
 )
-_FLOAT32 = ("ceiling_per_window", "arm_distortion", "head_distortion")
+_FLOAT32 = ("ceiling_per_window", "ceiling_per_minute", "arm_distortion", "head_distortion")
 
 
 def measures(run: Run) -> list[dict[str, Any]]:
@@ -108,7 +126,8 @@ def measures(run: Run) -> list[dict[str, Any]]:
     ends = np.cumsum([0, *(phase["frames"] for phase in summary["phases"])]).tolist()
     curves = {side: _curve(run, f"{side}_distance") for side in ("arm", "head")}
     errors = run.values("gaze_error_rad") if "gaze_error_rad" in run.columns else np.full(ends[-1], np.nan)
-    rows = []
+    hits, in_time, distances = run.values("hit"), ceilings_in_time(run), miss_distances(run)
+    rows: list[dict[str, Any]] = []
     for k, (start, stop) in enumerate(pairwise(ends)):
         phase = summary["phases"][k]
         rows.append(
@@ -127,6 +146,8 @@ def measures(run: Run) -> list[dict[str, Any]]:
                 **{name: phase[name] for name in ("damage", "frames", "hits", "rate", "hits_per_window")},
                 **_lines(phase["trends"]),
                 **_distortions(phase, {side: curve(start, stop) for side, curve in curves.items()}),
+                **of_phase(hits[start:stop], in_time[k], phase["damage"], rows),
+                "miss_distance_rad": distances[k],
             }
         )
     return rows
@@ -254,7 +275,7 @@ def load_study(path: str | Path) -> StudyResult:
     try:
         study = tomllib.loads((folder / STUDY).read_text(encoding="utf-8"))
         ended = [row for rows in journalled(folder) for row in rows]  # first: when the study ends they go to the table
-        table = pq.read_table(folder / CELLS) if (folder / CELLS).exists() else to_table([])
+        table = completed(pq.read_table(folder / CELLS)) if (folder / CELLS).exists() else to_table([])
         table = _with(table, [row for row in ended if row.get("condition") in study.get("conditions", ())])
         failed = folder / FAILURES
         failures = json.loads(failed.read_text(encoding="utf-8")) if failed.exists() else []
@@ -296,6 +317,16 @@ def to_table(rows: Sequence[Mapping[str, Any]]) -> pa.Table:
     arrays = {name: pa.array([row.get(name) for row in order]) for name in own}
     arrays |= {name: pa.array([row.get(name) for row in order], kind) for name, kind in fields}
     return pa.table(arrays)
+
+
+def completed(table: pa.Table) -> pa.Table:
+    """A table that an older version wrote, with those columns that it did not know yet: all null."""
+    import pyarrow as pa
+
+    for column in (*COLUMNS, *COSTS):
+        if column.name not in table.column_names:
+            table = table.append_column(column.name, pa.nulls(table.num_rows, _arrow_type(column)))
+    return table
 
 
 def _alike(rows: Sequence[Mapping[str, Any]], factors: Sequence[str]) -> list[Mapping[str, Any]]:

@@ -12,7 +12,7 @@ import json
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from itertools import groupby
+from itertools import groupby, pairwise
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_cdt
 
-from somatopy.clock import FRAMES_PER_MINUTE, FRAMES_PER_SECOND, WINDOW
+from somatopy.clock import FRAMES_PER_MINUTE, FRAMES_PER_SECOND, TEN_SECONDS, WINDOW
 from somatopy.contract import Modelled
 from somatopy.eyes import GeometricEye, frustum, geometric, rays
 from somatopy.files import cache_folder, write_whole
@@ -67,9 +67,9 @@ def ceiling(
 
     Returns:
         Plain data: "eye", "grid", "every"; "rate", the share of frames in which the hand can be seen; "phases", for
-        each its "rate" and "per_window", the rates of its full windows; "reactive" with "rate", what the reactive gaze
-        hits, "ceiling_rate", what can be seen in the same frames, and "frames", how many they are. A rate is None
-        where there are no frames.
+        each its "rate", and "per_window" and "per_ten_seconds", the rates of its full windows and of its full stretches
+        of 150 frames; "reactive" with "rate", what the reactive gaze hits, "ceiling_rate", what can be seen in the same
+        frames, and "frames", how many they are. A rate is None where there are no frames.
     """
     arms_by_phase, grid = [np.ascontiguousarray(arms, float) for arms in arms_by_phase], grid or _grid(bodies[0])
     made: dict[int, Vantages] = {}
@@ -82,9 +82,9 @@ def ceiling(
     phases, found = [], []
     for body, arms in zip(bodies, arms_by_phase, strict=True):
         seen = _reachable(body, arms[::every], grid, vantages)
-        at = np.arange(0, len(arms), every) // window
-        windows = [_rate(seen[at == k]) for k in range(len(arms) // window)]
-        phases.append({"rate": _rate(seen), "per_window": windows})
+        stretches = {"per_window": window, "per_ten_seconds": TEN_SECONDS}
+        rates = {name: _rates(seen, every, width, len(arms)) for name, width in stretches.items()}
+        phases.append({"rate": _rate(seen), **rates})
         found.append(seen)
     return {
         "eye": "geometric",
@@ -305,6 +305,12 @@ def _grid(body: Modelled) -> tuple[int, ...]:
     if joints not in GRIDS:
         raise ValueError(f"A ceiling is computed for heads of {', '.join(map(str, GRIDS))} joints, not of {joints}.")
     return GRIDS[joints]
+
+
+def _rates(seen: Bools, every: int, width: int, frames: int) -> list[float | None]:
+    """The rates of consecutive stretches of `width` frames, where every `every`-th frame was looked at."""
+    starts = -(-np.arange(frames // width + 1) * width // every)
+    return [_rate(seen[start:stop]) for start, stop in pairwise(starts.tolist())]
 
 
 def _rate(*parts: Bools) -> float | None:

@@ -12,7 +12,7 @@ import numpy as np
 from somatopy.experiment.description import DescriptionError
 from somatopy.files import write_whole
 
-__all__ = ["read_checkpoint", "write_checkpoint"]
+__all__ = ["read_checkpoint", "size_of", "write_checkpoint"]
 
 _PLAIN = "plain"
 #: Stands in the place of an array, with the array's number.
@@ -55,6 +55,20 @@ def read_checkpoint(path: Path) -> dict[str, Any]:
     if not isinstance(state, dict):
         raise DescriptionError(f"{path} is no checkpoint that can be read: it holds no table.")
     return state
+
+
+def size_of(state: Any) -> int:
+    """Bytes of the arrays in a state, and eight for each plain value in it.
+
+    Example:
+        >>> size_of({"weights": np.zeros((3, 2)), "rng": {"seed": 5, "kind": "PCG64"}})
+        64
+    """
+    if isinstance(state, np.ndarray):
+        return state.nbytes
+    if isinstance(state, dict | list | tuple):
+        return sum(map(size_of, state.values() if isinstance(state, dict) else state))
+    return 8
 
 
 def _parted(value: Any, arrays: list[np.ndarray[Any, Any]]) -> Any:

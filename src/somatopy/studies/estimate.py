@@ -10,6 +10,7 @@ from typing import Any
 
 from somatopy.clock import WINDOW
 from somatopy.experiment import Description, Session
+from somatopy.experiment.ceiling import EVERY
 from somatopy.studies.local import cores
 from somatopy.studies.plan import Cell, Study
 
@@ -81,8 +82,8 @@ def estimate(study: Study, processes: int | None = None) -> Estimate:
         sort = _sort(cell.experiment)
         speeds.setdefault(sort, 0.0) or speeds.update({sort: _seconds_a_frame(cell.experiment)})
         seconds += count * speeds[sort]
-    ceilings = {(cell.movement, cell.experiment.frames) for cell in cells if cell.ceiling}
-    seconds += sum(length * _CEILING_S for _, length in ceilings)
+    ceilings = {(cell.movement, cell.experiment.frames, EVERY / cell.every) for cell in cells if cell.ceiling}
+    seconds += sum(length * _CEILING_S * looks for _, length, looks in ceilings)
     windows = max(cell.experiment.frames for cell in cells) / WINDOW
     kept = len(cells) if study.keep_frames else 2 * workers
     return Estimate(

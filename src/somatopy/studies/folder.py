@@ -154,7 +154,7 @@ class StudyFolder:
             for row in pq.read_table(path).to_pylist():
                 rows = found.setdefault(row["key"], [])
                 if row["phase"] not in [other["phase"] for other in rows]:  # cells that are described alike run once
-                    rows.append({column: row[column] for column in _MEASURED})
+                    rows.append({column: row[column] for column in _MEASURED if column in row})
         except (OSError, KeyError, pa.ArrowException) as error:
             raise DescriptionError(_unreadable(path, error)) from error
         return found

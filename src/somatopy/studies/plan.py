@@ -10,6 +10,7 @@ from functools import cached_property
 from typing import Any
 
 from somatopy.experiment.building import check_numbers
+from somatopy.experiment.ceiling import EVERY
 from somatopy.experiment.description import Description, DescriptionError
 from somatopy.experiment.provenance import digest
 from somatopy.interventions import PAPER_OFFSET
@@ -30,12 +31,14 @@ class Cell:
         factors: what the study says of the condition, one value for each factor.
         experiment: the description, with its seed.
         ceiling: whether ceiling and reactive bound are computed.
+        every: frames from one that the ceiling looks at to the next.
     """
 
     condition: str
     factors: Mapping[str, Any]
     experiment: Description
     ceiling: bool = True
+    every: int = EVERY
 
     @property
     def seed(self) -> int:
@@ -45,7 +48,8 @@ class Cell:
     @cached_property
     def description(self) -> str:
         """A digest of what is run, whatever it is called and whatever code runs it."""
-        return digest(self._said(self.experiment) + ("" if self.ceiling else " without ceiling"))
+        bounds = "" if self.every == EVERY else f" ceiling every {self.every}"
+        return digest(self._said(self.experiment) + (bounds if self.ceiling else " without ceiling"))
 
     @cached_property
     def code(self) -> str:
@@ -112,9 +116,11 @@ class Study:
         conditions: what is compared.
         ceilings: whether the ceiling and the reactive bound of each cell are computed.
         keep_frames: whether the run folders of all cells stay in the study folder.
+        ceiling_every: frames from one that the ceiling looks at to the next.
 
     Raises:
-        DescriptionError: no conditions, two of one name, or a part that other processes cannot import.
+        DescriptionError: no conditions, two of one name, a part that other processes cannot import, or frames that are
+            no whole number from 1 up.
 
     Example:
         >>> from somatopy import paper
@@ -127,8 +133,14 @@ class Study:
     conditions: tuple[Condition, ...]
     ceilings: bool = True
     keep_frames: bool = False
+    ceiling_every: int = EVERY
 
     def __post_init__(self) -> None:
+        if type(self.ceiling_every) is not int or self.ceiling_every < 1:
+            raise DescriptionError(
+                f"ceiling_every = {self.ceiling_every!r} must say from how many frames the ceiling looks at one: a "
+                f"whole number from 1, every frame, up. If it is not given, that is {EVERY}."
+            )
         names = [condition.name for condition in self.conditions]
         if not names:
             raise DescriptionError(f"The study {self.name!r} has no conditions: give it at least one.")
@@ -141,7 +153,13 @@ class Study:
         """All cells, those of one seed together, in the order of the conditions."""
         seeds = list(dict.fromkeys(seed for condition in self.conditions for seed in condition.seeds))
         return [
-            Cell(condition.name, condition.factors, condition.experiment.replaced(seed=seed), self.ceilings)
+            Cell(
+                condition.name,
+                condition.factors,
+                condition.experiment.replaced(seed=seed),
+                self.ceilings,
+                self.ceiling_every,
+            )
             for seed in seeds
             for condition in self.conditions
             if seed in condition.seeds

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from somatopy.experiment import PRESETS, Description, DescriptionError, load_description
+from somatopy.experiment.ceiling import EVERY
 from somatopy.experiment.changes import changed
 from somatopy.studies.plan import Condition, Study, seeds_of
 
@@ -19,7 +20,7 @@ __all__ = ["KEYS", "base_of", "distributions", "flattened", "load_plan", "planne
 
 #: Keys of a study file.
 KEYS = (
-    *("name", "preset", "base", "seed", "seeds", "ceilings", "keep_frames"),
+    *("name", "preset", "base", "seed", "seeds", "ceilings", "ceiling_every", "keep_frames"),
     *("every", "grid", "conditions", "sweep", "search"),
 )
 _OF_A_CONDITION = ("name", "seed", "seeds")
@@ -72,7 +73,8 @@ def planned(table: Mapping[str, Any]) -> Study:
                 conditions.append(
                     Condition(name, with_changes(base, factors, f"The condition {name!r}"), seeds, factors)
                 )
-    return Study(_name(table), tuple(conditions), _flag(table, "ceilings"), _kept(table))
+    every = table.get("ceiling_every", EVERY)
+    return Study(_name(table), tuple(conditions), _flag(table, "ceilings"), _kept(table), every)
 
 
 def with_changes(base: Description, changes: Mapping[str, Any], source: str) -> Description:

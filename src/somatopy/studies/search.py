@@ -110,7 +110,7 @@ def searched(table: Mapping[str, Any]) -> Search:
 def _check_study(table: Mapping[str, Any]) -> None:
     if unknown := [key for key in table if key not in STUDY_KEYS]:
         raise DescriptionError(f"A study has no key {unknown[0]!r}; its keys: {', '.join(STUDY_KEYS)}.")
-    if others := [key for key in ("grid", "conditions", "sweep", "keep_frames") if key in table]:
+    if others := [key for key in ("grid", "conditions", "sweep", "keep_frames", "ceiling_every") if key in table]:
         raise DescriptionError(f"A study searches, or has {others[0]}: give one of both.")
     if not isinstance(table.get("ceilings", False), bool):
         raise DescriptionError(f"ceilings = {table['ceilings']!r} must be true or false.")

@@ -21,6 +21,7 @@ class Task(NamedTuple):
         movement: the name of the arm's movement, if other cells share it; else None.
         ceiling: whether the ceiling is computed.
         keep: whether the run folder stays.
+        every: frames from one that the ceiling looks at to the next.
     """
 
     key: str
@@ -30,6 +31,7 @@ class Task(NamedTuple):
     movement: str | None
     ceiling: bool
     keep: bool
+    every: int
 
     @classmethod
     def of(cls, cell: Cell, shares_training: bool, shares_movement: bool, keep: bool = False) -> Task:
@@ -43,4 +45,5 @@ class Task(NamedTuple):
             cell.movement if shares_movement else None,
             cell.ceiling,
             keep,
+            cell.every,
         )

@@ -48,13 +48,15 @@ def work(task: Task, scratch: Path) -> list[dict[str, Any]]:
             if session.share_arm(compute=True):
                 trim(cache_folder("arm"))
     done = _run(task, experiment, folder, scratch)
-    rows, peak = measures(done), (done.cost or {}).get("peak_memory_bytes")
+    rows, spent = measures(done), done.cost or {}
     if not task.keep:
         shutil.rmtree(folder)
     cost = {
         "wall_s": perf_counter() - began,
         "cpu_s": process_time() - processor,
-        "peak_memory_bytes": peak,
+        "peak_memory_bytes": spent.get("peak_memory_bytes"),
+        "learner_us": spent.get("learner_us"),
+        "learner_bytes": spent.get("learner_bytes"),
         "host": platform.node(),
         "finished": datetime.now(UTC).isoformat(timespec="seconds"),
     }
@@ -81,7 +83,7 @@ def _described(table: Mapping[str, Any]) -> Description:
 
 
 def _run(task: Task, experiment: Description, folder: Path, scratch: Path) -> Run:
-    quiet: dict[str, Any] = {"progress": False, "ceiling": task.ceiling, "maps": False}
+    quiet: dict[str, Any] = {"progress": False, "ceiling": task.ceiling, "every": task.every, "maps": False}
     if (folder / CHECKPOINT).exists():
         try:
             return resume(folder, **quiet)
