@@ -9,13 +9,14 @@ import numpy as np
 import pytest
 
 from somatopy.contract import ContractError
-from somatopy.links import NormalisedHebb, PositiveHebb, Rule, check_rule
+from somatopy.links import DeltaRule, NormalisedHebb, PositiveHebb, Rule, check_rule
 
 
 def test_ours_keep_them() -> None:
     """The paper's rule, and the one that divides the row by its sum."""
     check_rule(PositiveHebb)
     check_rule(NormalisedHebb)
+    check_rule(DeltaRule)
 
 
 class Momentum:

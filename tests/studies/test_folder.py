@@ -69,6 +69,18 @@ def test_rows_come_back_as_they_went(tmp_path: Path, study: Study) -> None:
     assert load_study(tmp_path).factors["b"]["mixed"] == "none" and result.conditions == ["a", "a again"]
 
 
+def test_a_table_of_an_older_version_is_whole(tmp_path: Path, study: Study) -> None:
+    """Columns that it does not have are null, and the cells in it are finished."""
+    cell = study.cells()[0]
+    fill(tmp_path, study, [cell])
+    whole = load_study(tmp_path).table
+    pq.write_table(pq.read_table(tmp_path / CELLS).drop_columns(["dip", "hits_per_minute"]), tmp_path / CELLS)
+    older = load_study(tmp_path)
+    assert {*older.table.column_names} == {*whole.column_names} and older.table.schema.field("dip").type == "double"
+    assert older.values("a", "dip") == {} == older.values("a", "hits_per_minute", place=0)
+    assert finished(tmp_path, study) == {cell.key} and load_study(tmp_path).table.column_names == whole.column_names
+
+
 def test_table_and_journal_are_one(tmp_path: Path, study: Study) -> None:
     """What stood in either is finished; a line that was torn off is not."""
     first, second, third = list({cell.key: cell for cell in study.cells()}.values())[:3]

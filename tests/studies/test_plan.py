@@ -10,6 +10,7 @@ import pytest
 from somatopy.babbling import UniformBabbler
 from somatopy.experiment import DescriptionError
 from somatopy.experiment.building import hand_over
+from somatopy.experiment.ceiling import EVERY
 from somatopy.studies import Condition, Study
 from somatopy.studies.plan import Cell, seeds_of
 
@@ -26,8 +27,10 @@ def test_the_key_is_of_what_is_run_and_not_of_its_name(described: Callable[..., 
     cell = Cell("a", {}, one)
     assert Cell("b", {"x": 1}, one.replaced(name="other")).key == cell.key
     others = [Cell("a", {}, one.replaced(seed=1)), Cell("a", {}, described(babbling__speed=0.3))]
-    others.append(Cell("a", {}, one, ceiling=False))
-    assert len({cell.key, *(other.key for other in others)}) == 4
+    others += [Cell("a", {}, one, ceiling=False), Cell("a", {}, one, every=1), Cell("a", {}, one, every=2)]
+    assert len({cell.key, *(other.key for other in others)}) == 6
+    assert Cell("a", {}, one, every=EVERY).key == cell.key  # as if it were not said
+    assert Cell("a", {}, one, ceiling=False, every=1).key == others[2].key  # of a ceiling that nobody computes
 
 
 def test_cells_that_differ_after_the_first_phase_share_it(described: Callable[..., Any]) -> None:

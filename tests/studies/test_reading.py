@@ -39,6 +39,7 @@ def test_conditions_cross_grid_and_sweep(tmp_path: Path) -> None:
         seed = 5
         seeds = 2
         ceilings = false
+        ceiling_every = 3
         [every]
         minutes = 1
         eye = "fiducial"
@@ -61,6 +62,7 @@ def test_conditions_cross_grid_and_sweep(tmp_path: Path) -> None:
         """,
     )
     assert study.name == "file" and len(study.conditions) == 8 and not study.ceilings
+    assert {cell.every for cell in study.cells()} == {3}
     by_name = {condition.name: condition for condition in study.conditions}
     small, slow = study.conditions[0], study.conditions[-1]
     rate = small.factors["learner.link_rate"]
@@ -162,6 +164,8 @@ DRAWS = {"draws": 2}
         ({"preset": ["x"]}, "preset = ['x'] is unknown; choose one of paper, "),
         ({"preset": "paper", "base": "x"}, "A study begins with a preset or with a base, a description file: give one"),
         ({"ceilings": 1}, "ceilings = 1 must be true or false."),
+        ({"ceiling_every": 0}, "ceiling_every = 0 must say from how many frames the ceiling looks at one: a whole"),
+        ({"ceiling_every": True}, "ceiling_every = True must say"),
         ({"keep_frames": "no"}, "keep_frames = 'no' must be true or false."),
         ({"sweep": {"babbling.speed": [0.1]}}, "sweep: draws = None must say how many conditions are drawn"),
         ({"sweep": DRAWS}, "sweep: name what is drawn by its key, such as babbling.speed = {low = 0.1, high = 0.8}."),

@@ -14,6 +14,7 @@ from somatopy.cli.mirror import mark
 from somatopy.cli.options import Flags, parse
 from somatopy.cli.study import carry_out
 from somatopy.experiment import Description, DescriptionError, paper
+from somatopy.experiment.ceiling import EVERY
 from somatopy.experiment.changes import changed, damage_named
 from somatopy.experiment.presets import CONTROLS
 from somatopy.interventions import SUITE
@@ -48,6 +49,9 @@ class CompareFlags(Flags):
     seeds: Annotated[int, mark("N", "How many seeds, from --seed up.", None)] = 5
     processes: Annotated[int | None, mark("N", "Processes of this machine; one a core if not given.", None)] = None
     ray: Annotated[str | None, mark("ADDRESS", "Run on the Ray cluster at this address.", None)] = None
+    ceiling_every: Annotated[
+        int, mark("FRAMES", "From how many frames the ceiling looks at one; 1 takes ten times as long.", None)
+    ] = EVERY
     dry_run: Annotated[
         _Switch, mark(None, "Say how many cells, hours, memory and disk it needs; run nothing.", None)
     ] = False
@@ -66,7 +70,8 @@ def main(args: Sequence[str]) -> int:
         described = changed(described, {"damage_minutes": flags.minutes / 2})
     seeds = seeds_of(flags.seeds, described.seed)
     conditions = _crossed(described, _words(flags.learners), _damages(flags.damages), seeds)
-    return carry_out(Study("compare", tuple(conditions)), replace(flags, out=options.out))
+    study = Study("compare", tuple(conditions), ceiling_every=flags.ceiling_every)
+    return carry_out(study, replace(flags, out=options.out))
 
 
 def _words(text: str) -> list[str]:

@@ -89,6 +89,13 @@ def nearest(described: Description) -> Description:
     return _instead(described, "nearest")
 
 
+def delta(described: Description) -> Description:
+    """The paper's two maps with the delta rule on their links: a miss teaches as much as a hit."""
+    learner = described.learner if isinstance(described.learner, Hebbian) else Hebbian()
+    taught = learner.replaced(rule=RULES.validated("delta"), link_rate=0.3, centring="none")
+    return described.replaced(learner=taught)
+
+
 def frozen(described: Description) -> Description:
     """Maps that never learn; links do."""
     return described.replaced(phases=[phase.replaced(plastic=("links",)) for phase in described.phases])
@@ -145,6 +152,7 @@ CONTROLS: dict[str, Callable[[Description], Description]] = {
     "frozen": frozen,
     "sampled": sampled,
     "nearest": nearest,
+    "delta": delta,
     "shuffled": shuffled,
     "scratch": scratch,
     "stopped": stopped,
