@@ -23,7 +23,7 @@ CHOICES = {
     "eyes": {"fiducial", "geometric"},
     "babblers": {"uniform"},
     "maps": {"dsom", "som", "neural-gas", "growing-neural-gas", "evolving-som", "grow-when-required"},
-    "rules": {"positive", "normalised"},
+    "rules": {"positive", "normalised", "delta"},
     "interventions": {"plastic", "afresh", "shuffled"} | DAMAGES,
 }
 

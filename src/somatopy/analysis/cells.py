@@ -103,9 +103,7 @@ COSTS = (
     CellColumn("wall_s", "float", "wall time of the whole cell, s"),
     CellColumn("cpu_s", "float", "processor time of the whole cell, s"),
     CellColumn("peak_memory_bytes", "int", "most memory that the process which ran it had until then"),
-    CellColumn(
-        "learner_us", "float", "wall time of the learner alone in a frame, microseconds; without frames that compile"
-    ),
+    CellColumn("learner_us", "float", "wall time of the learner alone in a frame, microseconds, median over frames"),
     CellColumn("learner_bytes", "int", "bytes of the learner's state at the end of the run"),
     CellColumn("host", "string", "name of the machine"),
     CellColumn("finished", "string", "when it ended, in coordinated universal time"),

@@ -13,6 +13,7 @@ import tyro
 from somatopy.analysis.cells import CELLS, StudyResult
 from somatopy.analysis.comparison import MEASURES, compare
 from somatopy.analysis.comparison_table import text_table
+from somatopy.analysis.relearning_table import relearning, relearning_text
 from somatopy.cli.mirror import mark
 from somatopy.cli.run import note
 from somatopy.experiment import Description, DescriptionError
@@ -97,7 +98,8 @@ def carry_out(study: Study, flags: Any) -> int:
     if flags.json:
         print(json.dumps(table_of(result)))
     else:
-        print(text_table(compare(result, measures=TOLD)))
+        table = relearning(result)
+        print(relearning_text(table) if table else text_table(compare(result, measures=TOLD)))
     say_failures(result)
     note(f"Table of all cells: {result.path / CELLS}. A page of them: somatopy report {result.path}")
     return 1 if result.failures else 0

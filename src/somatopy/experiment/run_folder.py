@@ -7,6 +7,7 @@ import json
 import resource
 import shutil
 import sys
+from array import array
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from datetime import datetime
@@ -19,7 +20,6 @@ import numpy as np
 import tomli_w
 from pydantic import BaseModel
 
-from somatopy.clock import FRAME
 from somatopy.experiment.building import handed_over_again
 from somatopy.experiment.checkpoint import read_checkpoint, size_of, write_checkpoint
 from somatopy.experiment.description import (
@@ -278,7 +278,7 @@ class _Writer:
         self._path, self._session, self._maps = folder.path, session, maps
         self._author = _author(session)
         self._recorder = Recorder(self._path / "frames", session)
-        self._seconds, self._learned, self._learnings = 0.0, 0.0, 0
+        self._seconds, self._learned = 0.0, array("d")
         self._wall_before, self._began, self._first = 0.0, perf_counter(), session.done
         self._saved_at, self._saved = perf_counter(), -1
         new = not (self._path / DESCRIPTION).exists()
@@ -299,8 +299,7 @@ class _Writer:
     def __call__(self, frame: Frame) -> None:
         start = perf_counter()
         self._recorder(frame)
-        if (took := frame.seconds["learn"]) < FRAME:  # longer ones compile
-            self._learned, self._learnings = self._learned + took, self._learnings + 1
+        self._learned.append(frame.seconds["learn"])
         full = self._recorder.frames % PART_FRAMES == 0
         if full:
             self._keep_maps()
@@ -360,7 +359,7 @@ class _Writer:
             "frames_per_s": done / wall if wall else None,
             "peak_memory_bytes": _peak_memory(),
             "microseconds_per_frame": {part: 1e6 * seconds[part] / max(1, done) for part in (*PARTS, "record")},
-            "learner_us": 1e6 * self._learned / self._learnings if self._learnings else None,
+            "learner_us": 1e6 * float(np.median(self._learned)) if self._learned else None,
             "learner_bytes": size_of(self._session.learner.state()),
         }
 

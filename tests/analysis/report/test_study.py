@@ -135,3 +135,17 @@ def test_little_gives_a_page_as_well(make_study: Any, rates: Any) -> None:
     words = text_of(render_study(study, compare(study)))
     assert ("No cell has finished yet." in words) == (not rates)
     assert "No run is as long as one window of five minutes." in words and "percentage points" not in words
+
+
+def test_a_study_of_damages_begins_with_learning_and_relearning(make_study: Any) -> None:
+    """Its table and picture, in the page itself; a study without damages among its factors has neither."""
+    rates = {"hebbian, none": {0: [0.4, 0.4]}, "hebbian, gain": {0: [0.4, 0.2]}}
+    curves = {"hits_per_minute": [[360] * 10] * 2, "ceiling_per_minute": [[0.8] * 10] * 2, "plateau": [0.5, 0.25]}
+    plain = make_study(rates, ("none", "gain"), **curves)
+    assert "re-learning" not in text_of(render_study(plain, compare(plain)))
+    for name, entry in plain.study["conditions"].items():
+        entry["factors"] = dict(zip(("learner", "damage"), name.split(", "), strict=True))
+    page = render_study(plain, compare(plain))
+    words = text_of(page)
+    assert "Learning and re-learning Efficiency around each damage" in words and "50.0" in words and "25.0" in words
+    assert 'src="data:image/svg+xml;base64,' in page

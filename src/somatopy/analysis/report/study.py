@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import base64
 import json
 import os
 from collections.abc import Iterator, Sequence
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -12,11 +14,14 @@ from somatopy.analysis.cells import StudyResult
 from somatopy.analysis.comparison import Comparison, Course, compare, courses
 from somatopy.analysis.comparison_table import csv_table, latex_table
 from somatopy.analysis.described import leaves
+from somatopy.analysis.figures.relearning import relearning_figure
 from somatopy.analysis.phases import kind_name
+from somatopy.analysis.relearning_table import relearning
 from somatopy.analysis.report.rendering import embeddable, rendered
 from somatopy.analysis.report.study_charts import PANELS, course_chart, courses_chart, rates_chart
 from somatopy.analysis.report.study_tables import WORDS, differences, means, tables_to_copy
 from somatopy.analysis.runs import writing
+from somatopy.analysis.style import style
 from somatopy.files import write_whole
 
 __all__ = ["render_study", "write_study"]
@@ -84,6 +89,8 @@ def render_study(result: StudyResult, comparison: Comparison) -> str:
         "plots": {name: embeddable(json.loads(chart.to_json())) for name, chart in charts.items() if chart is not None},
         "captions": {"rates": RATES + (CEILING if _has_ceilings(comparison) else ""), "hits": hits},
         "panels": panels,
+        "relearning": relearning(result),
+        "relearning_picture": _picture(result),
         "means": means(comparison),
         "differences": differences(comparison),
         "tables": tables_to_copy(comparison),
@@ -93,6 +100,16 @@ def render_study(result: StudyResult, comparison: Comparison) -> str:
         "conditions": [_condition(result, name) for name in result.study.get("conditions", {})],
     }
     return rendered("study.html", content)
+
+
+def _picture(result: StudyResult) -> str:
+    """The figure of re-learning as an address that holds it; "" where there is none."""
+    figure = relearning_figure(result)
+    if figure is None:
+        return ""
+    with style(), BytesIO() as file:
+        figure.savefig(file, format="svg", metadata={"Date": None})
+        return f"data:image/svg+xml;base64,{base64.b64encode(file.getvalue()).decode('ascii')}"
 
 
 def _panels(drawn: Sequence[Course]) -> Iterator[dict[str, Any]]:
