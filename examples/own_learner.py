@@ -1,6 +1,7 @@
 """A learner of your own in 40 lines: it keeps the contract, and runs against the paper's on the same arm movements.
 
 usage: python own_learner.py [MINUTES of robot time, 10 by default]
+       somatopy compare --learners hebbian,own_learner:QuadraticGaze --damages none,gain   (in the folder of this file)
 """
 
 import sys
@@ -39,7 +40,7 @@ class QuadraticGaze(Plastic):
         return self.head.to_angle(np.clip(y, 0, 1))
 
     def gaze(self, percept):
-        search = 0.02 if percept.sighting else 0.4
+        search = 0.02 if percept.sighting else 0.2
         y = self.head.to_unit(self.predict(percept.arm)) + self.rng.normal(0, search, len(self.head.low))
         return self.head.to_angle(np.clip(y, 0, 1))
 
@@ -51,12 +52,16 @@ class QuadraticGaze(Plastic):
         self.rng.bit_generator.state = state["rng"]
 
 
-check_learner(QuadraticGaze)
-print("QuadraticGaze keeps the contract of learners.")
-minutes = float(sys.argv[1]) if len(sys.argv) > 1 else 10.0
-phase = paper().phases[0].replaced(frames=frames_of(minutes))
-described = paper().replaced(eye={"kind": "geometric"}, body={"motion": "kinematic"}, phases=[phase])
-with tempfile.TemporaryDirectory() as folder:
-    for name, learner in (("HebbianLearner", None), ("QuadraticGaze", QuadraticGaze)):  # the same movements of the arm
-        summary = run(described, f"{folder}/{name}", learner=learner, progress=False).summary
-        print(f"{name} saw the hand in {summary['phases'][0]['rate']:.1%} of {minutes:g} minutes")
+if __name__ == "__main__":  # a study imports this file, and must not run it
+    check_learner(QuadraticGaze)
+    print("QuadraticGaze keeps the contract of learners.")
+    minutes = float(sys.argv[1]) if len(sys.argv) > 1 else 10.0
+    phase = paper().phases[0].replaced(frames=frames_of(minutes))
+    described = paper().replaced(eye={"kind": "geometric"}, body={"motion": "kinematic"}, phases=[phase])
+    with tempfile.TemporaryDirectory() as folder:
+        for name, learner in (
+            ("HebbianLearner", None),
+            ("QuadraticGaze", QuadraticGaze),
+        ):  # the same movements of the arm
+            summary = run(described, f"{folder}/{name}", learner=learner, progress=False).summary
+            print(f"{name} saw the hand in {summary['phases'][0]['rate']:.1%} of {minutes:g} minutes")

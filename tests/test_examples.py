@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import runpy
 import shlex
+import shutil
 import subprocess
 import sys
 from collections.abc import Callable
@@ -13,11 +14,14 @@ from pathlib import Path
 import pytest
 
 import somatopy
+from somatopy import cli, paper
+from somatopy.analysis.cells import load_study
 from somatopy.analysis.runs import Run
 from somatopy.cli.options import parse
 from somatopy.contract import parts
 from somatopy.experiment import PRESETS, Description, DescriptionError, Session, load_description
 from somatopy.registry import SORTS
+from somatopy.studies.code import modules_of
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 TESTED = {"forked_experiment", "own_learner", "own_map", "paper_in_ten_lines", "read_a_run", "watch_a_session"}
@@ -65,6 +69,20 @@ def test_own_learner(example: Example) -> None:
     printed = example("own_learner", "0.1")
     assert printed.startswith("QuadraticGaze keeps the contract")
     assert len(re.findall(r"(HebbianLearner|QuadraticGaze) saw the hand in [\d.]+% of 0.1 minutes", printed)) == 2
+
+
+def test_own_learner_joins_a_comparison(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """From any folder that holds the file, in processes of their own; its code is part of its cells' keys."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("sys.path", [*sys.path])
+    shutil.copy(EXAMPLES / "own_learner.py", "joining.py")
+    flags = ["--motion", "kinematic", "--minutes", "0.1", "--seeds", "1", "--processes", "1", "--damages", "none,gain"]
+    assert cli.main(["compare", "--learners", "joining:QuadraticGaze", *flags, "--out", "out"]) == 0
+    rows = load_study("out").table.to_pylist()
+    assert [row["learner"] for row in rows] == ["joining:QuadraticGaze"] * 4
+    assert all(row["learner_bytes"] > 1000 and row["learner_us"] > 0 for row in rows)
+    described = paper().replaced(learner={"kind": "joining:QuadraticGaze"})
+    assert modules_of(described)["joining"].samefile("joining.py")
 
 
 def test_own_map() -> None:
