@@ -86,7 +86,7 @@ def test_resume_completes_a_band(folder: Path, capsys: Captured) -> None:
     pq.write_table(before.filter(pc.field("seed") == 5), cells)
     assert main(["resume", str(folder)]) == 0
     after = pq.read_table(cells)
-    costs = ["wall_s", "cpu_s", "peak_memory_bytes", "finished"]
+    costs = ["wall_s", "cpu_s", "peak_memory_bytes", "finished", "learner_us"]
     assert after.drop_columns(costs) == before.drop_columns(costs)
     printed = capsys.readouterr().out
     assert "over 3 seeds, geometric eye" in printed and re.search(r"^learns .* cannot tell$", printed, re.MULTILINE)

@@ -10,12 +10,13 @@ from typing import Any
 import pytest
 
 import somatopy
+from somatopy.analysis.cells import COSTS as TABLE_COSTS
 from somatopy.api import Interrupted
 from somatopy.experiment import DescriptionError, Session
 from somatopy.studies.plan import Cell
 from somatopy.studies.work import Task, trim, work
 
-COSTS = {"wall_s", "cpu_s", "peak_memory_bytes", "host", "finished"}
+COSTS = {column.name for column in TABLE_COSTS}
 
 
 def measured(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
