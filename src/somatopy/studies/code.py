@@ -27,7 +27,7 @@ from somatopy.registry import Settings
 
 __all__ = ["code_digest", "modules_of", "packages", "places"]
 
-_ROOTS = ("somatopy.experiment.session", "somatopy.experiment.run_folder", "somatopy.experiment.ceiling")
+_ROOTS = tuple(f"somatopy.experiment.{name}" for name in ("session", "run_folder", "ceiling", "missed"))
 _ABOVE = frozenset({"analysis", "api", "studies", "cli", "viewer", "envs"})
 _INSTALLED = ("site-packages", "dist-packages")
 _PACKAGES = ("numpy", "numba", "mujoco", "opencv-python-headless")
