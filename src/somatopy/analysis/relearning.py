@@ -197,7 +197,7 @@ def of_phase(
     undone = damage == "none" and bool(played) and played[-1]["damage"] != "none"
     return {
         "hits_per_minute": hits_per_window(hits, FRAMES_PER_MINUTE).tolist(),
-        "ceiling_per_minute": [float(share) if np.isfinite(share) else None for share in minutes[:whole]],
+        "ceiling_per_minute": [float(np.float32(share)) if np.isfinite(share) else None for share in minutes[:whole]],
         "plateau": reached,
         **{f"minutes_to_{part}": minutes_to(curve, _share(reached, part / 100)) for part in (50, 90, 95)},
         "level_before": level,
