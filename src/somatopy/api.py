@@ -23,6 +23,7 @@ from somatopy.experiment import Description, DescriptionError, RunFolder, Sessio
 from somatopy.experiment.ceiling import ceiling
 from somatopy.experiment.progress import ProgressBar
 from somatopy.experiment.run_folder import CHECKPOINT, write_json
+from somatopy.experiment.sight import write_sight
 
 __all__ = ["Interrupted", "begin", "finish", "fork", "play", "reopen", "resume", "run"]
 
@@ -64,7 +65,7 @@ def run(
     """
     with begin(description, out, **parts) as (session, folder):
         play(session, folder, progress=progress, maps=maps)
-        return finish(session, folder.path, bounds=ceiling)
+        return finish(session, folder.path, bounds=ceiling, maps=maps)
 
 
 def resume(
@@ -93,7 +94,7 @@ def resume(
     """
     with reopen(folder, anyway=anyway, **parts) as (session, opened, since):
         play(session, opened, since, progress=progress, maps=maps)
-        return finish(session, opened.path, bounds=ceiling)
+        return finish(session, opened.path, bounds=ceiling, maps=maps)
 
 
 def fork(
@@ -145,7 +146,7 @@ def fork(
         target = RunFolder.new(out, new)
         _take_over(source.path, target.path, since["recorder"]["parts"], phase)
         play(session, target, since, progress=progress, maps=maps)
-        return finish(session, target.path, bounds=ceiling)
+        return finish(session, target.path, bounds=ceiling, maps=maps)
 
 
 def _take_over(old: Path, new: Path, windows: int, phase: int) -> None:
@@ -260,13 +261,16 @@ def _stoppable() -> Iterator[Any]:
                 signal.signal(number, handler)
 
 
-def finish(session: Session, folder: Path, *, bounds: bool = True, whole: str | Path | None = None) -> Run:
+def finish(
+    session: Session, folder: Path, *, bounds: bool = True, maps: bool = True, whole: str | Path | None = None
+) -> Run:
     """What comes after the last frame: the ceiling of this trajectory, where the body can tell it, then the summary.
 
     Args:
         session: what has run.
         folder: its folder.
         bounds: whether ceiling and reactive bound are computed.
+        maps: whether with them it is kept what could be seen in single frames.
         whole: the folder to name for going on, where this run is part of a greater whole.
 
     Raises:
@@ -275,17 +279,20 @@ def finish(session: Session, folder: Path, *, bounds: bool = True, whole: str | 
     opened = load_run(folder)
     try:
         if bounds and isinstance(session.body, Twin):
-            _write_ceiling(session, opened)
+            _write_bounds(session, opened, maps)
         write_summary(opened)
     except KeyboardInterrupt:
         raise Interrupted(f"Interrupted after the last frame. {_go_on(Path(whole or folder))}") from None
     return opened
 
 
-def _write_ceiling(session: Session, opened: Run) -> None:
+def _write_bounds(session: Session, opened: Run, maps: bool) -> None:
     bodies = _bodies_by_phase(session)
     try:
-        write_json(opened.path / "ceiling.json", ceiling(bodies, _arms_by_phase(opened, len(bodies))))
+        arms = _arms_by_phase(opened, len(bodies))
+        write_json(opened.path / "ceiling.json", ceiling(bodies, arms))
+        if maps:
+            write_sight(opened.path, bodies, arms)
     finally:
         for body in bodies:
             if body is not session.body:

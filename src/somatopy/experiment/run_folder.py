@@ -19,6 +19,7 @@ import numpy as np
 import tomli_w
 from pydantic import BaseModel
 
+from somatopy.experiment.belief import Beliefs
 from somatopy.experiment.building import handed_over_again
 from somatopy.experiment.checkpoint import read_checkpoint, write_checkpoint
 from somatopy.experiment.description import (
@@ -292,6 +293,7 @@ class _Writer:
             for aside in filter(is_aside, [*self._path.iterdir(), *self._path.glob("maps/*")]):
                 aside.unlink()
             self._wall_before, self._seconds = float(since["wall_s"]), float(since["record_s"])
+        self._beliefs = Beliefs.of(session, since) if maps else None
         if new:
             self._save()
 
@@ -301,6 +303,8 @@ class _Writer:
         full = self._recorder.frames % PART_FRAMES == 0
         if full:
             self._keep_maps()
+        if self._beliefs and (full or frame.ends):
+            self._beliefs.note(self._session)
         now = perf_counter()
         self._seconds += now - start
         if full or frame.ends or now - self._saved_at > CHECKPOINT_S:
@@ -325,6 +329,7 @@ class _Writer:
             "written_by": self._author,
             "session": session.state(),
             "recorder": self._recorder.state(),
+            "beliefs": self._beliefs.arrays if self._beliefs else {},
             "wall_s": self._wall(),
             "record_s": self._seconds,
         }
@@ -342,6 +347,8 @@ class _Writer:
                 self._save()
         finally:
             self._recorder.close()
+            if self._beliefs:
+                self._beliefs.write(self._path)
         if self._session.done > self._first or not (self._path / "cost.json").exists():
             write_json(self._path / "cost.json", self._cost())
 
