@@ -73,7 +73,7 @@ class RunFolder:
         ...     with folder.recording(session):
         ...         frames = sum(1 for frame in session)
         >>> frames, sorted(entry.name for entry in folder.path.glob("*") if entry.suffix)
-        (3, ['checkpoint.npz', 'cost.json', 'experiment.toml', 'phase-0.npz'])
+        (3, ['belief.npz', 'checkpoint.npz', 'cost.json', 'experiment.toml', 'phase-0.npz'])
         >>> out.cleanup()
     """
 

@@ -168,8 +168,8 @@ def _believes_purely(robot: _Trial) -> None:
         f"belief gives an array ({len(arms)}, {len(looks)}) of values from 0 to 1 for as many arm postures and gazes",
         "divide by the largest value, or take a probability; give 0 where nothing is known",
     ) as holds:
-        for percept in (None, *percepts):
-            gazes += robot.live(asked, [percept] if percept else [])
+        for start in range(-10, len(percepts), 10):
+            gazes += robot.live(asked, percepts[start : start + 10] if start >= 0 else [])
             values = _belief(asked, arms, looks)
             shaped = values.shape == (len(arms), len(looks)) and values.dtype.kind == "f"
             holds(shaped and ((values >= 0) & (values <= 1)).all(), "{!r}", values)

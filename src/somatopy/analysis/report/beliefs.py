@@ -71,7 +71,11 @@ def _words(beliefs: Beliefs, t: int, summary: Any) -> str:
 def _panel(run: Run, beliefs: Beliefs, k: int, chosen: list[int], size: tuple[float, float]) -> dict[str, Any]:
     images: list[str] = []
     outlines: list[str] = []
-    panel: dict[str, Any] = {"title": _posture(run, beliefs.arms[k]), "images": images, "outlines": outlines}
+    panel: dict[str, Any] = {
+        "title": _posture(run, beliefs.arms[k]) or f"posture {k + 1}",
+        "images": images,
+        "outlines": outlines,
+    }
     panel |= {"image": [], "outline": [], "mark": []}
     for t in chosen:
         depth = _depth(beliefs, beliefs.gaze[t, k])
@@ -148,12 +152,17 @@ def _size(beliefs: Beliefs) -> tuple[float, float]:
 
 
 def _posture(run: Run, arm: Floats) -> str:
+    """Names and values of the joints; "" where these were not recorded."""
+    if len(run.joints("arm")) != len(arm):
+        return ""
     shown = zip(run.joints("arm"), arm, run.units("arm"), strict=True)
     return ", ".join(f"{name} {_value(value, unit)}" for name, value, unit in shown)
 
 
 def _axes(run: Run, beliefs: Beliefs) -> str:
-    """What is drawn in which direction."""
+    """What is drawn in which direction; "" where the joints were not recorded."""
+    if len(run.joints("head")) != len(beliefs.limits):
+        return ""
     told = zip(run.joints("head"), beliefs.limits, run.units("head"), strict=True)
     ranges = [f"{name} from {_value(low, unit)} to {_value(high, unit)}" for name, (low, high), unit in told]
     across = f"{ranges[0]} to the right"
