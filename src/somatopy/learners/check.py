@@ -172,15 +172,18 @@ def _believes_purely(robot: _Trial) -> None:
             gazes += robot.live(asked, percepts[start : start + 10] if start >= 0 else [])
             values = _belief(asked, arms, looks)
             shaped = values.shape == (len(arms), len(looks)) and values.dtype.kind == "f"
-            holds(shaped and ((values >= 0) & (values <= 1)).all(), "{!r}", values)
+            right, least, most = (shaped and ((values >= 0) & (values <= 1)).all()), values.min(), values.max()
+            holds(right, "shape {} of {}, from {} to {}", values.shape, values.dtype, least, most)
     with law("belief is pure: it draws nothing and changes nothing", "work on copies, as predict does") as holds:
         state, given = deepcopy(asked.state()), (arms.copy(), looks.copy())
         first, answer = _belief(asked, arms, looks).copy(), _belief(asked, arms, looks)
         if answer.flags.writeable:
             answer[:] = 2.0
         holds(same((arms, looks), given), "the postures that it was given became others")
-        again = np.concatenate([_belief(asked, arms[k : k + 1].tolist(), looks.tolist()) for k in range(len(arms))])
-        holds(same(again, first), "{} together, and then {} one by one and from lists", first, again)
+        for arm, together in zip(arms, first, strict=True):
+            alone = _belief(asked, [arm.tolist()], looks.tolist())[0]
+            seen = together[0], alone[0], arm
+            holds(same(alone, together), "{} at first, then {} alone and from lists, for the arm posture {}", *seen)
         holds(same(asked.state(), state), "state() is another after belief")
         holds(same(robot.live(silent, percepts), gazes), "gazes are others than those of a twin that was never asked")
 
