@@ -24,7 +24,7 @@ __all__ = ["SIGHT", "STRETCH", "STRETCHES", "counted", "stretches", "write_sight
 #: The file's name.
 SIGHT = "sight.npz"
 #: Stretches of consecutive frames in a phase, and frames in each.
-STRETCHES, STRETCH = 10, 450
+STRETCHES, STRETCH = 10, 300
 
 
 def write_sight(folder: Path, bodies: Sequence[Modelled], arms_by_phase: Sequence[Floats]) -> None:
@@ -64,13 +64,13 @@ def write_sight(folder: Path, bodies: Sequence[Modelled], arms_by_phase: Sequenc
 
 
 def stretches(frames: int) -> list[Ints]:
-    """Consecutive frames of a phase: ten stretches of half a minute, evenly spread, or all of a phase that is short.
+    """Consecutive frames of a phase: ten stretches of 20 seconds, evenly spread, or all of a phase that is short.
 
     Example:
         >>> [(int(part[0]), int(part[-1])) for part in stretches(10_000)][:2], len(stretches(10_000))
-        ([(0, 449), (1061, 1510)], 10)
-        >>> [len(part) for part in stretches(4000)]
-        [4000]
+        ([(0, 299), (1077, 1376)], 10)
+        >>> [len(part) for part in stretches(3000)]
+        [3000]
     """
     if frames <= STRETCHES * STRETCH:
         return [np.arange(frames)]

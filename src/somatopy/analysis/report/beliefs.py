@@ -174,5 +174,5 @@ def _axes(run: Run, beliefs: Beliefs) -> str:
 
 def _value(value: float, unit: str) -> str:
     factor, sign = readable(unit)
-    text = f"{factor * value:.0f}{sign}" if sign == "°" else f"{factor * value:.3f} {sign}".rstrip()
-    return text.replace("-", "−").replace("−0°", "0°")
+    text = f"{factor * value:z.0f}{sign}" if sign == "°" else f"{factor * value:z.3f} {sign}".rstrip()
+    return text.replace("-", "−")
