@@ -24,6 +24,7 @@ from somatopy.experiment.ceiling import EVERY, ceiling
 from somatopy.experiment.missed import miss_distances
 from somatopy.experiment.progress import ProgressBar
 from somatopy.experiment.run_folder import CHECKPOINT, write_json
+from somatopy.experiment.sight import write_sight
 
 __all__ = ["Interrupted", "begin", "finish", "fork", "play", "reopen", "resume", "run"]
 
@@ -67,7 +68,7 @@ def run(
     """
     with begin(description, out, **parts) as (session, folder):
         play(session, folder, progress=progress, maps=maps)
-        return finish(session, folder.path, bounds=ceiling, every=every)
+        return finish(session, folder.path, bounds=ceiling, every=every, maps=maps)
 
 
 def resume(
@@ -98,7 +99,7 @@ def resume(
     """
     with reopen(folder, anyway=anyway, **parts) as (session, opened, since):
         play(session, opened, since, progress=progress, maps=maps)
-        return finish(session, opened.path, bounds=ceiling, every=every)
+        return finish(session, opened.path, bounds=ceiling, every=every, maps=maps)
 
 
 def fork(
@@ -152,7 +153,7 @@ def fork(
         target = RunFolder.new(out, new)
         _take_over(source.path, target.path, since["recorder"]["parts"], phase)
         play(session, target, since, progress=progress, maps=maps)
-        return finish(session, target.path, bounds=ceiling, every=every)
+        return finish(session, target.path, bounds=ceiling, every=every, maps=maps)
 
 
 def _take_over(old: Path, new: Path, windows: int, phase: int) -> None:
@@ -268,7 +269,13 @@ def _stoppable() -> Iterator[Any]:
 
 
 def finish(
-    session: Session, folder: Path, *, bounds: bool = True, every: int = EVERY, whole: str | Path | None = None
+    session: Session,
+    folder: Path,
+    *,
+    bounds: bool = True,
+    every: int = EVERY,
+    maps: bool = True,
+    whole: str | Path | None = None,
 ) -> Run:
     """What comes after the last frame: the ceiling of this trajectory, where the body can tell it, then the summary.
 
@@ -277,6 +284,7 @@ def finish(
         folder: its folder.
         bounds: whether ceiling and reactive bound are computed.
         every: frames from one that the ceiling looks at to the next.
+        maps: whether with them it is kept what could be seen in single frames.
         whole: the folder to name for going on, where this run is part of a greater whole.
 
     Raises:
@@ -285,14 +293,14 @@ def finish(
     opened = load_run(folder)
     try:
         if bounds and isinstance(session.body, Twin):
-            _write_ceiling(session, opened, every)
+            _write_bounds(session, opened, every, maps)
         write_summary(opened)
     except KeyboardInterrupt:
         raise Interrupted(f"Interrupted after the last frame. {_go_on(Path(whole or folder))}") from None
     return opened
 
 
-def _write_ceiling(session: Session, opened: Run, every: int) -> None:
+def _write_bounds(session: Session, opened: Run, every: int, maps: bool) -> None:
     bodies = _bodies_by_phase(session)
     phase = opened.values("phase")
     arms, heads, hits = (
@@ -304,6 +312,8 @@ def _write_ceiling(session: Session, opened: Run, every: int) -> None:
         for found, distance in zip(table["phases"], miss_distances(bodies, arms, heads, hits), strict=True):
             found["miss_distance_rad"] = distance
         write_json(opened.path / "ceiling.json", table)
+        if maps:
+            write_sight(opened.path, bodies, arms)
     finally:
         for body in bodies:
             if body is not session.body:

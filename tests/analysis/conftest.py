@@ -181,6 +181,7 @@ def write_rich_run(folder: Path, windows: tuple[int, int] = (5, 4), seed: int = 
     (folder / "experiment.toml").write_text('cite = ["A <paper> & co."]\n' + text, encoding="utf-8")
     (folder / "cost.json").write_text(json.dumps({"wall_s": 12.5, "frames": n, "frames_per_s": n / 12.5}))
     write_ceiling(folder, phases)
+    write_sight(folder, phases)
     for window in range(sum(windows)):
         write_snapshot(folder / "maps" / f"window-{window:05d}.npz", 4500 * (window + 1), rng)
     for name, share in (("random", 0.05), ("frozen", 0.4)):
@@ -194,6 +195,45 @@ def write_ceiling(folder: Path, windows: Sequence[int]) -> None:
     reactive = {"rate": 0.45, "ceiling_rate": CEILING, "frames": 900}
     table = {"eye": "geometric", "grid": [97, 29], "every": 10, "rate": CEILING, "phases": phases, "reactive": reactive}
     (folder / "ceiling.json").write_text(json.dumps(table))
+
+
+#: Steps of a small grid of gazes, of which the last cannot be taken.
+GAZE_STEPS = (5, 3)
+
+
+def write_sight(folder: Path, windows: Sequence[int], told: bool = True) -> None:
+    """belief.npz and sight.npz: eight postures at each window's end, and stretches of the first and the last phase."""
+    rng, m = np.random.default_rng(5), GAZE_STEPS[0] * GAZE_STEPS[1] - 1
+    axes = [np.linspace(low, high, n) for (low, high), n in zip(HEAD_LIMITS, GAZE_STEPS, strict=True)]
+    heads = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)[:m]
+    played = [k for k, n in enumerate(windows) if n]
+    asked = sum(windows)
+    np.savez(
+        folder / "belief.npz",
+        arms=rng.uniform(*ARM_LIMITS.T, (8, 4)),
+        heads=heads,
+        shape=GAZE_STEPS,
+        cells=np.arange(m),
+        limits=HEAD_LIMITS,
+        frame=4500 * np.arange(1, asked + 1),
+        phase=np.repeat(np.arange(len(windows)), windows),
+        gaze=heads[rng.integers(m, size=(asked, 8))],
+        belief=rng.integers(256, size=(asked, 8, m)).astype(np.uint8) if told else np.zeros((asked, 8, 0), np.uint8),
+    )
+    seen = np.zeros((len(windows), 8, m), bool)
+    seen[played] = rng.random((len(played), 8, m)) < 0.3
+    ends = np.cumsum([0, *windows]) * 4500
+    starts = [start for k in (played[0], played[-1]) for start in (ends[k], ends[k + 1] - 450)]
+    frame = np.concatenate([np.arange(start, start + 450) for start in starts])
+    gazes = np.where(rng.random(len(frame)) < 0.6, rng.integers(1, 300, len(frame)), 0)
+    stretch = np.repeat(np.arange(len(starts)), 450)
+    np.savez(folder / "sight.npz", frame=frame, stretch=stretch, gazes=gazes, grid=2089, seen=seen)
+
+
+@pytest.fixture(name="write_sight")
+def _write_sight() -> Callable[..., None]:
+    """`write_sight`."""
+    return write_sight
 
 
 def write_snapshot(path: Path, frame: int, rng: np.random.Generator) -> None:
@@ -276,7 +316,8 @@ TWINLESS = (('kind = "mujoco"\n', 'kind = "my_lab.arms:RealArm"\n'), ('motion = 
 @pytest.fixture
 def twinless_run(rich_copy: Run) -> Run:
     """A run of a body that is not somatopy's and has no model of itself, so that there is no ceiling."""
-    (rich_copy.path / "ceiling.json").unlink()
+    for name in ("ceiling.json", "belief.npz", "sight.npz"):
+        (rich_copy.path / name).unlink()
     return edit(rich_copy, *TWINLESS)
 
 

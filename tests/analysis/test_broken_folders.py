@@ -81,6 +81,17 @@ def full(value: float) -> Callable[[int], Any]:
     return lambda n: pa.array(np.full(n, value))
 
 
+def arrays(name: str, **changed: Any) -> Break:
+    """Arrays of a file, others than before; None takes one away."""
+
+    def change(folder: Path) -> None:
+        with np.load(folder / name) as file:
+            kept = {key: value for key, value in {**file, **changed}.items() if value is not None}
+        np.savez(folder / name, **kept)
+
+    return change
+
+
 BROKEN: dict[str, tuple[Break, str]] = {
     "phases are no tables": (described("[[phases]]", "[[stages]]\n[[phases.old]]"), "phases in .* must be a list"),
     "breaks in disorder": (described("[1]", "[3, 1]"), r"phases\.1\.trend_breaks = \[3, 1\] in .* must be"),
@@ -103,6 +114,13 @@ BROKEN: dict[str, tuple[Break, str]] = {
     "a ceiling that is not a number": (ceiling(rate=float("nan")), "ceiling.json cannot be used .*nan is no share"),
     "a bound in words": (ceiling(reactive=[1]), "ceiling.json cannot be used"),
     "half a map": (written("maps/window-00002.npz", "PK"), r"window-00002\.npz is damaged .*Delete it"),
+    "half a belief": (written("belief.npz", "PK"), r"belief\.npz is damaged .*Delete it"),
+    "beliefs of other postures": (arrays("belief.npz", arms=np.zeros((3, 4))), r"belief\.npz cannot be used .*not fit"),
+    "beliefs of no time": (arrays("belief.npz", frame=None), r"belief\.npz lacks 'frame'"),
+    "beliefs in a phase unknown": (arrays("belief.npz", phase=np.full(6, 9)), r"belief\.npz cannot be used"),
+    "half a sight": (written("sight.npz", "PK"), r"sight\.npz is damaged .*Delete it"),
+    "sights of another run": (arrays("sight.npz", frame=np.full(1800, 10**6)), r"sight\.npz .*tells of frame 1000000"),
+    "sights of no gazes": (arrays("sight.npz", gazes=None), r"sight\.npz lacks 'gazes'"),
     "half a picture": (written("figures/filmstrip.png", "half"), r"filmstrip\.png is no whole picture .*Delete it"),
     "a file in the place of figures": (written("figures", ""), "figures cannot be written"),
     "a folder in the place of the page": (lambda f: (f / "report.html").mkdir(), r"report\.html cannot be written"),

@@ -34,7 +34,8 @@ Unbroken = Callable[..., dict[str, bytes]]
 
 def results(folder: Path) -> dict[str, bytes]:
     """All that a run computes; what it costs is no part of it."""
-    found = [*folder.glob("frames/*"), *folder.glob("maps/*.npz"), folder / "summary.json", folder / "ceiling.json"]
+    files = "summary.json", "ceiling.json", "belief.npz", "sight.npz"
+    found = [*folder.glob("frames/*"), *folder.glob("maps/*.npz"), *map(folder.joinpath, files)]
     return {str(path.relative_to(folder)): path.read_bytes() for path in found}
 
 

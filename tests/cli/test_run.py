@@ -82,5 +82,5 @@ def test_all_that_a_run_leaves_behind(tmp_path: Path) -> None:
     assert main(["run", "paper", *QUICK, *SHORT, "--out", str(out)]) == 0
     assert {str(path.relative_to(out)) for path in out.rglob("*") if path.is_file()} == {
         *["experiment.toml", "frames/part-00000.parquet", "checkpoint.npz", "phase-0.npz", "phase-1.npz", ".lock"],
-        *["summary.json", "ceiling.json", "cost.json"],
+        *["summary.json", "ceiling.json", "cost.json", "belief.npz", "sight.npz"],
     }

@@ -12,6 +12,7 @@ from somatopy import contract
 from somatopy.bodies import MujocoBody
 from somatopy.contract import (
     Babbler,
+    Believing,
     Body,
     Eye,
     Intervention,
@@ -26,7 +27,7 @@ from somatopy.contract import (
 from somatopy.interventions import NoIntervention
 from somatopy.learners import HebbianLearner, NearestGaze
 
-ASKED = (Babbler, Body, Eye, Intervention, Learner, Posable, Recorded, Resumable, Shuffles, Twin)
+ASKED = (Babbler, Believing, Body, Eye, Intervention, Learner, Posable, Recorded, Resumable, Shuffles, Twin)
 
 
 def thing(protocol: type, without: str = "") -> Any:

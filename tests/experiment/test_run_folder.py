@@ -400,7 +400,7 @@ def contents(folder: Path) -> dict[str, bytes]:
         str(path.relative_to(folder)): path.read_bytes()
         for kind in ("frames", "maps")
         for path in folder.glob(f"{kind}/*")
-    }
+    } | {path.name: path.read_bytes() for path in folder.glob("belief.npz")}
 
 
 def end_state(folder: Path) -> dict[str, Any]:

@@ -346,9 +346,56 @@ class Remembering(Mean):
         self.past = state["past"].copy()
 
 
+class Sure(Mean):
+    """Believes the more in a gaze the nearer it is to the one that it would choose."""
+
+    def belief(self, arms: Any, gazes: Any) -> Any:
+        apart = np.abs(np.asarray(gazes) - self.clip(self.mean)).max(axis=1)
+        return np.tile(np.exp(-apart), (len(arms), 1))
+
+
+class OneBelief(Sure):
+    def belief(self, arms: Any, gazes: Any) -> Any:
+        return super().belief(arms, gazes)[0]
+
+
+class Overconfident(Sure):
+    def belief(self, arms: Any, gazes: Any) -> Any:
+        return 1.5 * super().belief(arms, gazes)
+
+
+class Unsure(Sure):
+    def belief(self, arms: Any, gazes: Any) -> Any:
+        return super().belief(arms, gazes) * (np.float64(self.hits) / self.hits)
+
+
+class Wavering(Sure):
+    def belief(self, arms: Any, gazes: Any) -> Any:
+        return super().belief(arms, gazes) * self.rng.random()
+
+
+class Convinced(Sure):
+    def belief(self, arms: Any, gazes: Any) -> Any:
+        self.hits += 1
+        return super().belief(arms, gazes)
+
+
+class Together(Sure):
+    def belief(self, arms: Any, gazes: Any) -> Any:
+        return super().belief(arms, gazes) / len(arms)
+
+
+class Shifting(Sure):
+    def belief(self, arms: Any, gazes: Any) -> Any:
+        gazes = np.asarray(gazes)
+        gazes -= self.mean
+        return np.tile(np.exp(-np.abs(gazes).max(axis=1)), (len(arms), 1))
+
+
 def test_another_sound_learner_passes() -> None:
     """One without maps; one that leaves clipping to the body, one whose memory grows, if that is said."""
     check_learner(Mean)
+    check_learner(Sure)
     check_learner(Sprawling, body_clips=True)
     check_learner(Remembering, growth=None)
     check_learner(Remembering, growth=200 * 3 * 8)
@@ -372,6 +419,13 @@ def test_another_sound_learner_passes() -> None:
         (Counting, r"predict is pure.*state\(\) is another"),
         (Secretive, "predict is pure.*a twin that never predicted"),
         (ArraysOnly, "predict is pure.*AttributeError"),
+        (OneBelief, r"belief gives an array \(5, 80\) of values from 0 to 1"),
+        (Overconfident, "belief gives an array .* of values from 0 to 1"),
+        (Unsure, "belief gives an array .* of values from 0 to 1.*nan"),
+        (Wavering, r"belief is pure: it draws nothing.* at first, then .* alone"),
+        (Convinced, r"belief is pure.*state\(\) is another after belief"),
+        (Together, "belief is pure.* at first, then .* alone and from lists"),
+        (Shifting, "belief is pure.*the postures that it was given became others"),
         (InPlace, "observe and gaze leave the percept alone"),
         (Keeping, "arrays taken and given stay the caller's"),
         (Lending, "arrays taken and given stay the caller's"),

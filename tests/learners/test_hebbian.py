@@ -451,3 +451,18 @@ def test_a_percept_that_is_not_finite_is_refused(bad: float) -> None:
     with pytest.raises(ValueError, match="finite"):
         subject.observe(replace(percept, arm=np.array([0.0, bad, 0.0, -0.5])))
     assert same(before, subject.state())
+
+
+def test_belief_is_the_links_as_shares_of_the_strongest() -> None:
+    """Of the arm's winner, at the head unit nearest to each gaze: 1 where it would look, 0 where no link grew."""
+    subject, frames = learner(arm=3), list(percepts(30, hit_rate=1.0))
+    arms, gazes = np.array([frame.arm for frame in frames]), np.array([frame.head for frame in frames])
+    assert not subject.belief(arms, gazes).any()
+    for frame in frames:
+        subject.observe(frame)
+    units = subject.head_map.codebook_ * np.ptp(HEAD, axis=1) + HEAD[:, 0]
+    for arm, believed in zip(arms, subject.belief(arms, gazes), strict=True):
+        row = subject.links.row(subject.arm_map.winner((arm - ARM[:, 0]) / np.ptp(ARM, axis=1))[0])
+        assert subject.belief([arm], [subject.predict(arm)])[0, 0] == float(row.any())
+        nearest = [np.linalg.norm((units - gaze) / np.ptp(HEAD, axis=1), axis=1).argmin() for gaze in gazes]
+        np.testing.assert_allclose(believed * row.max(), row[nearest])

@@ -17,6 +17,7 @@ from somatopy.contract.laws import (
 from somatopy.contract.parts import (
     Alterable,
     Babbler,
+    Believing,
     Body,
     Eye,
     Intervention,
@@ -34,6 +35,7 @@ from somatopy.contract.parts import (
 __all__ = [
     "Alterable",
     "Babbler",
+    "Believing",
     "Body",
     "ContractError",
     "Eye",

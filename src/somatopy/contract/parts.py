@@ -16,6 +16,7 @@ from somatopy.percept import Camera, Column, Floats, Image, JointGroup, Marker, 
 __all__ = [
     "Alterable",
     "Babbler",
+    "Believing",
     "Body",
     "Eye",
     "Intervention",
@@ -270,6 +271,26 @@ class Shuffles(Protocol):
 
     def shuffle(self, rng: np.random.Generator) -> None:
         """Permute what inputs are associated with."""
+        ...
+
+
+@runtime_checkable
+class Believing(Protocol):
+    """A learner that can say from where it believes that the hand can be seen."""
+
+    def belief(self, arms: ArrayLike, gazes: ArrayLike) -> Floats:
+        """How far it believes, of each arm posture and gaze, that this gaze sees the hand there.
+
+        Pure, as `predict` is, and about what `predict` commands: of all gazes that the head can take none should be
+        believed more than that one. Working memory of the last frames does not count.
+
+        Args:
+            arms: arm postures as they are perceived, shape (k, n_arm), rad.
+            gazes: head postures to command, shape (n, n_head), rad.
+
+        Returns:
+            Shape (k, n), from 0 to 1: above one half it rather believes that the hand is seen.
+        """
         ...
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import ExitStack
 from typing import Any, Protocol
 
@@ -88,6 +89,14 @@ class PhaseInterventions:
         for place in self._places:
             percept = place.intervention.sense(percept, place.rng)
         return percept
+
+    def feel(self, percepts: Sequence[Percept]) -> list[Percept]:
+        """What they would make of each of some percepts; afterwards they stand, random numbers too, as before."""
+        state = self.state()
+        try:
+            return [self.sense(percept) for percept in percepts]
+        finally:
+            self.restore(state)
 
     def act(self, target: Floats, gaze: Floats) -> tuple[Floats, Floats]:
         """What they make of what is commanded."""

@@ -20,6 +20,7 @@ import numpy as np
 import tomli_w
 from pydantic import BaseModel
 
+from somatopy.experiment.belief import Beliefs
 from somatopy.experiment.building import handed_over_again
 from somatopy.experiment.checkpoint import read_checkpoint, size_of, write_checkpoint
 from somatopy.experiment.description import (
@@ -73,7 +74,7 @@ class RunFolder:
         ...     with folder.recording(session):
         ...         frames = sum(1 for frame in session)
         >>> frames, sorted(entry.name for entry in folder.path.glob("*") if entry.suffix)
-        (3, ['checkpoint.npz', 'cost.json', 'experiment.toml', 'phase-0.npz'])
+        (3, ['belief.npz', 'checkpoint.npz', 'cost.json', 'experiment.toml', 'phase-0.npz'])
         >>> out.cleanup()
     """
 
@@ -293,6 +294,7 @@ class _Writer:
             for aside in filter(is_aside, [*self._path.iterdir(), *self._path.glob("maps/*")]):
                 aside.unlink()
             self._wall_before, self._seconds = float(since["wall_s"]), float(since["record_s"])
+        self._beliefs = Beliefs.of(session, since) if maps else None
         if new:
             self._save()
 
@@ -303,6 +305,8 @@ class _Writer:
         full = self._recorder.frames % PART_FRAMES == 0
         if full:
             self._keep_maps()
+        if self._beliefs and (full or frame.ends):
+            self._beliefs.note(self._session)
         now = perf_counter()
         self._seconds += now - start
         if full or frame.ends or now - self._saved_at > CHECKPOINT_S:
@@ -327,6 +331,7 @@ class _Writer:
             "written_by": self._author,
             "session": session.state(),
             "recorder": self._recorder.state(),
+            "beliefs": self._beliefs.arrays if self._beliefs else {},
             "wall_s": self._wall(),
             "record_s": self._seconds,
         }
@@ -344,6 +349,8 @@ class _Writer:
                 self._save()
         finally:
             self._recorder.close()
+            if self._beliefs:
+                self._beliefs.write(self._path)
         if self._session.done > self._first or not (self._path / "cost.json").exists():
             write_json(self._path / "cost.json", self._cost())
 

@@ -317,6 +317,15 @@ class Session:
         """What the interventions that hold now make of a percept."""
         return percept if self._held is None else self._phases[self._held].sense(percept)
 
+    def feel(self, arms: Floats) -> Floats:
+        """What the learner would perceive of arm postures, (k, n_arm) rad, in the phase of the last frame.
+
+        As at the time of that frame, and with the head as it is; nothing is drawn or changed.
+        """
+        now, phase = self._reading, self._phases[self.reached]
+        percepts = [Percept(now.time, arm, now.head, arm, now.head_command) for arm in arms]
+        return np.array([percept.arm for percept in phase.feel(percepts)])
+
     @property
     def resumable(self) -> bool:
         """Whether `state` and `restore` are possible: the body decides."""

@@ -10,7 +10,18 @@ from numbers import Integral, Real
 import numpy as np
 
 from somatopy.clock import FRAME
-from somatopy.contract import Learner, check_members, check_seed, check_state, facts, law, refused, same, size
+from somatopy.contract import (
+    Believing,
+    Learner,
+    check_members,
+    check_seed,
+    check_state,
+    facts,
+    law,
+    refused,
+    same,
+    size,
+)
 from somatopy.percept import Camera, Floats, Percept, Robot, Sighting, Space
 
 __all__ = ["check_learner"]
@@ -49,6 +60,8 @@ def check_learner(make: Make, *, body_clips: bool = False, growth: int | None = 
         _gazes_at_head_postures(robot, body_clips)
         check_seed(robot.learner, robot.gazes)
         _predicts_purely(robot)
+        if isinstance(learner, Believing):
+            _believes_purely(robot)
         _owns_what_it_keeps(robot)
         _shows_itself_evenly(robot)
         _learns_where_plastic(robot)
@@ -146,6 +159,37 @@ def _predicts_purely(robot: _Trial) -> None:
         robot.predictions(asked)
         holds(same(asked.state(), state), "state() is another after predict")
         holds(same(robot.live(silent, percepts), gazes), "gazes are others than those of a twin that never predicted")
+
+
+def _believes_purely(robot: _Trial) -> None:
+    asked, silent, percepts, gazes = robot.learner(), robot.learner(), robot.percepts(), []
+    arms, looks = np.array([p.arm for p in percepts[:5]]), np.array([p.head for p in percepts])
+    with law(
+        f"belief gives an array ({len(arms)}, {len(looks)}) of values from 0 to 1 for as many arm postures and gazes",
+        "divide by the largest value, or take a probability; give 0 where nothing is known",
+    ) as holds:
+        for start in range(-10, len(percepts), 10):
+            gazes += robot.live(asked, percepts[start : start + 10] if start >= 0 else [])
+            values = _belief(asked, arms, looks)
+            shaped = values.shape == (len(arms), len(looks)) and values.dtype.kind == "f"
+            right, least, most = (shaped and ((values >= 0) & (values <= 1)).all()), values.min(), values.max()
+            holds(right, "shape {} of {}, from {} to {}", values.shape, values.dtype, least, most)
+    with law("belief is pure: it draws nothing and changes nothing", "work on copies, as predict does") as holds:
+        state, given = deepcopy(asked.state()), (arms.copy(), looks.copy())
+        first, answer = _belief(asked, arms, looks).copy(), _belief(asked, arms, looks)
+        if answer.flags.writeable:
+            answer[:] = 2.0
+        holds(same((arms, looks), given), "the postures that it was given became others")
+        for arm, together in zip(arms, first, strict=True):
+            alone = _belief(asked, [arm.tolist()], looks.tolist())[0]
+            seen = together[0], alone[0], arm
+            holds(same(alone, together), "{} at first, then {} alone and from lists, for the arm posture {}", *seen)
+        holds(same(asked.state(), state), "state() is another after belief")
+        holds(same(robot.live(silent, percepts), gazes), "gazes are others than those of a twin that was never asked")
+
+
+def _belief(learner: object, arms: object, gazes: object) -> Floats:
+    return np.asarray(learner.belief(arms, gazes))  # type: ignore[attr-defined]
 
 
 def _owns_what_it_keeps(robot: _Trial) -> None:

@@ -194,6 +194,22 @@ class HebbianLearner(Plastic):
         i, _ = self.arm_map.winner(self._arm_scale.to_unit(arm))
         return self._posture(i, 0.0)
 
+    def belief(self, arms: ArrayLike, gazes: ArrayLike) -> Floats:
+        """Links from the arm's winner to the head units nearest to gazes, as shares of its strongest link.
+
+        Args:
+            arms: sensed arm postures, shape (k, n_arm), rad.
+            gazes: head postures, shape (n, n_head), rad.
+
+        Returns:
+            Shape (k, n), 0 to 1; 0 for a winner without links above 0.
+        """
+        nearest = self.head_map.predict(self._head_scale.to_unit(gazes))
+        winners = self.arm_map.predict(self._arm_scale.to_unit(arms))
+        rows = np.array([np.maximum(self.links.row(i), 0.0) for i in winners.tolist()])
+        most = rows.max(axis=1, keepdims=True)
+        return np.asarray((rows / np.where(most > 0.0, most, 1.0))[:, nearest])
+
     def _posture(self, i: int, u: float) -> Floats:
         links, head, scale = self.links.whole, self.head_map, self._head_scale
         if links is not None and type(head) is DSOM and head.sheet.codes.dtype is _DOUBLE:

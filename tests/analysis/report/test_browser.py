@@ -124,6 +124,22 @@ def test_the_slider_changes_the_maps(opened: Any) -> None:
     assert when.text.startswith("after 10 min: ")
 
 
+def test_the_slider_changes_what_is_believed(opened: Any) -> None:
+    """From the last moment to the first: other shading and marks, and outlines where the phase is another."""
+    from selenium.webdriver.common.by import By
+    from selenium.webdriver.common.keys import Keys
+
+    drawn = "return [...document.querySelectorAll('#beliefs svg')].map((svg) => svg.innerHTML)"
+    slider, when = (opened.find_element(By.ID, name) for name in ("beliefs-moment", "beliefs-when"))
+    last = opened.execute_script(drawn)
+    assert len(last) == 8 and when.text == "after 45 min, phase 2, damaged (offset)"
+    slider.send_keys(Keys.HOME)
+    first = opened.execute_script(drawn)
+    assert when.text == "after 5 min, phase 1, intact" and all(a != b for a, b in zip(first, last, strict=True))
+    slider.send_keys(Keys.END)
+    assert opened.execute_script(drawn) == last
+
+
 def test_maps_are_drawn_in_either_space(opened: Any) -> None:
     """The list offers the lattice and pairs of joints; choosing moves the units and brings angles to the axes."""
     from selenium.webdriver.common.by import By

@@ -86,7 +86,8 @@ def test_it_is_one_file_that_fetches_nothing(page: str) -> None:
 def test_plots_carry_the_runs_numbers(page: str, rich_folder: Path) -> None:
     """Every plot is there; border, trends and hidden choices included."""
     plots = plots_of(page)
-    assert set(plots) == {"hits", "efficiency", "arm", "head", "gaze", "misses"}
+    knowledge = {"agreement", "missed_gazes", "missed_ages"}
+    assert set(plots) == {"hits", "efficiency", "arm", "head", "gaze", "misses", *knowledge}
     names = [trace["name"] for trace in plots["efficiency"]["data"]]
     geometric = [f"{name} (geometric eye)" for name in ("this run", "frozen", "random")]
     assert names == ["ceiling", "reactive bound", *geometric]
@@ -139,6 +140,7 @@ def test_without_a_ceiling_the_page_says_why(twinless_run: Any, rich_folder: Pat
     words = text_of(render_report([source]))
     assert words.count(sentence) == 1 and "hebbian learner · geometric eye · seed 7" in words
     assert "Of what any gaze could have seen" not in words and "Beside what was possible" not in words
+    assert "What the learner knows, and what it misses, is not shown, because the body has no model of itself." in words
     both = text_of(render_report([Source.of(rich_folder), source]))
     assert both.count(f"copy: {sentence}") == 1 == both.count(sentence)
 

@@ -163,3 +163,69 @@ def test_a_sheet_that_is_fitted_anew_says_the_same(head: Space) -> None:
     for cell, offset in enumerate(grid * memory.reach):
         count = corners(wide, offset, np.zeros(m), place, weight)
         assert after[cell] == pytest.approx(before[place[:count]] @ weight[:count], abs=0.05)
+
+
+# -- belief ------------------------------------------------------------------------------------------------------------
+
+
+def lived(head: Space, frames: int = 400) -> tuple[BestLearner, World]:
+    """A learner after some frames with a hand that is often seen."""
+    world = World(robot(3, head))
+    learner, command = BestLearner(world.robot, np.random.default_rng(1)), head.limits.mean(axis=1)
+    for _ in range(frames):
+        percept = world.percept(command)
+        learner.observe(percept)
+        command = learner.gaze(percept)
+    assert learner._memory.numbers[2] > frames / 10
+    return learner, world
+
+
+HEADS = {
+    "one": Space(("yaw",), [-1.5], [2.0]),
+    "two": HEAD,
+    "three": Space(("yaw", "pitch", "roll"), [-2.0, -0.7, -0.3], [2.0, 0.6, 0.4]),
+}
+
+
+@pytest.mark.parametrize("name", HEADS)
+def test_no_gaze_is_believed_more_than_the_one_that_it_predicts(name: str) -> None:
+    """Of all within the limits of a head whose joints do not limit each other: that is how the gaze is chosen."""
+    head = HEADS[name]
+    learner, world = lived(head)
+    rng = np.random.default_rng(2)
+    arms, gazes = (rng.uniform(*space.limits.T, (n, len(space))) for space, n in ((world.robot.arm, 20), (head, 2000)))
+    chosen = [learner.belief([arm], [learner.predict(arm)])[0, 0] for arm in arms]
+    believed = learner.belief(arms, gazes)
+    assert (believed.max(axis=1) <= np.array(chosen) + 1e-9).all()
+    assert believed.max() > 0.5 > believed.min()
+
+
+def test_belief_is_the_chance_by_the_sheet_and_the_fields() -> None:
+    """sigma(f + sum a w . psi) at the cells of the sheet, written out; nothing is believed beyond the sheet."""
+    learner, world = lived(HEAD)
+    memory, arm = learner._memory, world.rng.uniform(*world.robot.arm.limits.T)
+    x = (arm - memory.low) / memory.span + memory.shift
+    count = int(memory.numbers[0])
+    squares = np.sum((memory.units[:count] - x) ** 2, axis=1)
+    nearest = np.argsort(squares)[:NEAREST]
+    width = spacing(3) * 0.15 / 0.22
+    nearest = nearest[squares[nearest] <= squares.min() + 6 * width**2]
+    shares = np.exp(-(squares[nearest] - squares.min()) / (2 * width**2))
+    shares /= shares.sum()
+    t = 2 * x - 1
+    phi = np.concatenate([[1.0], t, [t[i] * t[j] for i in range(3) for j in range(i, 3)]])
+    centre = memory.plane @ phi + shares @ memory.turns[nearest] + memory.drift
+    own = shares @ memory.fields[nearest]
+    for row, column in ((0, 0), (15, 15), (30, 7), (12, 19)):
+        offset = (2 * np.array([row, column]) / 30 - 1) * memory.reach
+        u = offset / memory.scale
+        z = memory.sheet[31 * row + column] + own @ [1, *u, *(u * u - 0.4), u[0] * u[1]]
+        found = learner.belief([arm], [centre + offset - memory.bias])[0, 0]
+        assert found == pytest.approx(1 / (1 + np.exp(-z)), abs=1e-6)
+    assert learner.belief([arm], [centre + 1.01 * memory.reach])[0, 0] == 0.0
+
+
+def test_before_the_first_hit_nothing_is_believed() -> None:
+    """As nothing is known of where the hand is."""
+    learner = BestLearner(robot(), np.random.default_rng(0))
+    assert not learner.belief(np.zeros((2, 4)), [[0.0, 0.0], [1.0, 0.5]]).any()

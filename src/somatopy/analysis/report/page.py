@@ -19,6 +19,7 @@ from somatopy.analysis.comparison import compare
 from somatopy.analysis.described import PROVENANCE, leaves, on_papers_robot, remarks_of, written_by
 from somatopy.analysis.groups import Group, as_study, grouped
 from somatopy.analysis.phases import kind_name, phase_title, played
+from somatopy.analysis.report.beliefs import belief_panels
 from somatopy.analysis.report.charts import (
     distortion_chart,
     efficiency_chart,
@@ -28,6 +29,7 @@ from somatopy.analysis.report.charts import (
 )
 from somatopy.analysis.report.explorer import explorer
 from somatopy.analysis.report.rendering import embeddable, rendered
+from somatopy.analysis.report.sight_charts import ages_chart, agreement_chart, gazes_chart
 from somatopy.analysis.report.study_tables import WORDS, differences, means, tables_to_copy
 from somatopy.analysis.report.words import (
     FIGURE_TITLES,
@@ -41,6 +43,7 @@ from somatopy.analysis.report.words import (
 )
 from somatopy.analysis.runs import Run, RunFolderError, load_run, writing
 from somatopy.analysis.series import distance_units
+from somatopy.analysis.sight import why_no_sight
 from somatopy.analysis.standings import Standing, standings
 from somatopy.analysis.summary import summarise
 from somatopy.analysis.table import comparison
@@ -48,6 +51,13 @@ from somatopy.files import write_whole
 
 __all__ = ["Source", "render_report", "write_report"]
 
+#: Plots of a run that is alone, by the name of their place.
+OF_ONE = {
+    "misses": misses_chart,
+    "agreement": agreement_chart,
+    "missed_gazes": gazes_chart,
+    "missed_ages": ages_chart,
+}
 #: Widest picture that is embedded, px.
 WIDEST = 1400
 WIDE = ("robot", "figure2", "misses", "filmstrip")
@@ -124,6 +134,7 @@ def _content(sources: Sequence[Source]) -> dict[str, Any]:
     judged = [judge(found.summary, found.units, found.on_papers_robot) for found in sources]
     beside = any(found.on_papers_robot for found in sources)
     maps = explorer(first.run) if alone else None
+    beliefs = belief_panels(first.run, first.summary) if alone else None
     claims = [
         {"claim": claim, "findings": [found[index][1] for found in judged]}
         for index, (claim, _) in enumerate(judged[0])
@@ -149,6 +160,9 @@ def _content(sources: Sequence[Source]) -> dict[str, Any]:
         "band": verdict_rows(verdicts_of(first.run)) if alone else [],
         **_over_seeds(sources),
         "maps": maps and embeddable(maps),
+        "beliefs": beliefs,
+        "beliefs_data": beliefs and embeddable(beliefs),
+        "no_sight": why_no_sight(first.run, first.summary) if alone else "",
         "own_maps": OWN_MAPS if alone and first.run.snapshots and maps is None else "",
         "figures": list(_pictures(first.run)) if alone else [],
         "rows": comparison(first.summary, first.units, first.on_papers_robot) if alone else [],
@@ -165,8 +179,9 @@ def _charts(sources: Sequence[Source]) -> Iterator[tuple[str, Any]]:
         "arm": distortion_chart(drawn, "arm"),
         "head": distortion_chart(drawn, "head"),
         "gaze": gaze_chart(drawn),
-        "misses": misses_chart(sources[0].run, sources[0].summary) if len(sources) == 1 else None,
     }
+    if len(sources) == 1:
+        charts |= {name: draw(sources[0].run, sources[0].summary) for name, draw in OF_ONE.items()}
     return ((name, figure) for name, figure in charts.items() if figure is not None)
 
 

@@ -9,6 +9,8 @@ from typing import Any
 
 __all__ = ["embeddable", "rendered"]
 
+SCRIPTS = ("page.js", "beliefs.js", "table.js")
+
 
 def rendered(template: str, content: Mapping[str, Any]) -> str:
     """Fill a template of this folder.
@@ -27,9 +29,9 @@ def rendered(template: str, content: Mapping[str, Any]) -> str:
         trim_blocks=True,
     )
     folder = Path(__file__).parent
-    css, plots, tables = ((folder / name).read_text(encoding="utf-8") for name in ("page.css", "page.js", "table.js"))
+    css, *scripts = ((folder / name).read_text(encoding="utf-8") for name in ("page.css", *SCRIPTS))
     text = environment.get_template(template).render(
-        **content, css=css, script=f"{plots}\n{tables}", plotly=get_plotlyjs()
+        **content, css=css, script="\n".join(scripts), plotly=get_plotlyjs()
     )
     return text.replace("@@SIZE@@", f"{len(text.encode()) / 1e6:.1f} MB")
 

@@ -55,6 +55,19 @@ CAPTIONS = {
     "gaze": "Angle between the camera's optical axis and the hand, seen or not, over stretches of five minutes.",
     "misses": "Share of frames in which the hand was not seen, by the arm's true posture. Where no head posture sees "
     f"the hand, it is always missed. Grey: fewer than {FEW} frames.",
+    "beliefs": "Each panel is one arm posture that the run does not contain. Shading: how far the learner believes "
+    "that a gaze sees the hand. Red outline: the gazes that see it, by the geometric eye. Yellow: where it would look. "
+    "Grey: out of the head's reach. The damage of the phase is applied to what is felt of the arm.",
+    "gazes_only": "Each panel is one arm posture that the run does not contain. Red outline: the gazes that see the "
+    "hand, by the geometric eye. Yellow: where the learner would look. Grey: out of the head's reach. This learner "
+    "does not say what it believes.",
+    "agreement": "Over all panels, at the ends of windows and phases: of the gazes that see the hand, the share of "
+    "which the learner believes so by more than one half; of the others, the share of which it does not. The balanced "
+    "accuracy is the mean of the two; 50 % is reached without any knowledge.",
+    "missed_gazes": "The bars sum all misses, those where no gaze of the ceiling's grid sees the hand on the left. "
+    "Counted in stretches of consecutive frames, spread evenly over the first and the last phase.",
+    "missed_ages": "Share of frames that are missed, of those in which the hand has been visible from some gaze for as "
+    "long; 0 is the first frame. Counted in the same stretches.",
     "maps": "Arm units take the colour of the head unit that their strongest link leads to: the gaze they stand for. "
     "Hollow units have no link yet. Lines: the 100 strongest of those links.",
 }

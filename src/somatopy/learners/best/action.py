@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from somatopy._jit import jit, jit_inlined
@@ -10,7 +12,7 @@ from somatopy.learners.best.memory import Memory
 from somatopy.learners.best.visibility import corners, next_row
 from somatopy.percept import Floats, Ints
 
-__all__ = ["best_gaze"]
+__all__ = ["best_gaze", "chances"]
 
 _TOLERANCE = 1e-6
 
@@ -58,6 +60,22 @@ def best_gaze(memory: Memory, centre: Floats, field: Floats, out: Floats) -> Non
             out[k] = min(max(centre[k], memory.limits[k, 0]), memory.limits[k, 1])
     for k in range(m):
         out[k] = min(max(out[k] - memory.bias[k], memory.limits[k, 0]), memory.limits[k, 1])
+
+
+@jit
+def chances(memory: Memory, centre: Floats, field: Floats, gazes: Floats, out: Floats) -> None:
+    """sigma of the evidence at commands around a direction, read bilinearly; 0 beyond the sheet.
+
+    Args:
+        memory: what the learner holds.
+        centre: where the hand is expected, shape (m,), rad.
+        field: evidence on the sheet, shape (s,).
+        gazes: commands, shape (k, m), rad.
+        out: overwritten, shape (k,).
+    """
+    place, weight = np.empty(8, np.int64), np.empty(8)
+    for k in range(len(gazes)):
+        out[k] = 1.0 / (1.0 + math.exp(-_value(memory, field, gazes[k] + memory.bias, centre, place, weight)))
 
 
 @jit

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from somatopy._jit import jit
-from somatopy.learners.best.action import best_gaze
+from somatopy.learners.best.action import best_gaze, chances
 from somatopy.learners.best.calibration import learn_bias, learn_ends, learn_gain, learn_speed
 from somatopy.learners.best.directions import (
     DRIFT_KEPT,
@@ -25,7 +25,7 @@ from somatopy.learners.best.schema import count_sight, is_lost, move_schema, pul
 from somatopy.learners.best.visibility import evidence, fade, fit_sheet, in_reach, is_due, learn_visibility
 from somatopy.percept import Floats
 
-__all__ = ["PARTS", "choose", "expect", "live", "live_and_choose"]
+__all__ = ["PARTS", "believe", "choose", "expect", "live", "live_and_choose"]
 
 #: Parts that may learn, in the order of `live`'s flags.
 PARTS = ("schema", "calibration", "directions", "visibility", "memory")
@@ -163,14 +163,38 @@ def expect(memory: Memory, arm: Floats, drift: bool) -> Floats:
 
 
 @jit
+def believe(memory: Memory, arm: Floats, gazes: Floats, drift: bool, out: Floats) -> None:
+    """The chance of commands to see the hand at a sensed arm posture, without working memory; nothing changes.
+
+    Args:
+        memory: what the learner holds.
+        arm: sensed arm posture, shape (n,), rad.
+        gazes: commands, shape (k, m), rad.
+        drift: whether eps counts.
+        out: overwritten by the chances, shape (k,).
+    """
+    centre = np.empty(memory.head.size)
+    field = _expected(memory, (arm - memory.low) / memory.span + memory.shift, False, drift, centre)
+    chances(memory, centre, field, gazes, out)
+
+
+@jit
 def _expect(memory: Memory, x: Floats, recent: bool, drift: bool, command: Floats) -> None:
     """The command for a felt posture."""
+    centre = np.empty(memory.head.size)
+    field = _expected(memory, x, recent, drift, centre)
+    best_gaze(memory, centre, field, command)
+
+
+@jit
+def _expected(memory: Memory, x: Floats, recent: bool, drift: bool, centre: Floats) -> Floats:
+    """Where the hand is expected at a felt posture, (m,) rad, in `centre`; the evidence around there, shape (s,)."""
     index, share = np.empty(NEAREST, np.int64), np.empty(NEAREST)
     count = int(memory.numbers[UNITS])
     found = active(memory.units, count, x, index, share) if count else 0
-    phi, centre = np.empty(memory.plane.shape[1]), np.empty(memory.head.size)
+    phi = np.empty(memory.plane.shape[1])
     powers(x, phi)
     direction(memory, phi, index, share, found, centre)
     if drift:
         centre += memory.drift
-    best_gaze(memory, centre, evidence(memory, recent, index, share, found), command)
+    return evidence(memory, recent, index, share, found)

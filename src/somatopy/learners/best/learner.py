@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from somatopy.learners.base import Plastic
-from somatopy.learners.best.frame import PARTS, choose, expect, live_and_choose
+from somatopy.learners.best.frame import PARTS, believe, choose, expect, live_and_choose
 from somatopy.learners.best.memory import HITS, SURPRISE, UNITS, Memory, fresh
 from somatopy.percept import Column, Floats, Percept, Robot
 
@@ -121,6 +121,23 @@ class BestLearner(Plastic):
         if posture.shape != self._shapes["arm"]:
             raise ValueError(f"A posture of shape {self._shapes['arm']} is needed, not {posture.shape}.")
         return expect(self._memory, posture, "memory" in self.plastic)
+
+    def belief(self, arms: ArrayLike, gazes: ArrayLike) -> Floats:
+        """The chance sigma(z) of each gaze to see the hand at rest in an arm posture, without working memory.
+
+        Args:
+            arms: sensed arm postures, shape (k, n_arm), rad.
+            gazes: head postures as commands, shape (n, n_head), rad.
+
+        Returns:
+            Shape (k, n); 0 for gazes beyond the sheet, which are never chosen, and everywhere before the first hit.
+        """
+        given, looks = np.ascontiguousarray(arms, np.float64), np.ascontiguousarray(gazes, np.float64)
+        found = np.zeros((len(given), len(looks)))
+        if self._memory.numbers[HITS]:
+            for arm, chances in zip(given, found, strict=True):
+                believe(self._memory, arm, looks, "memory" in self.plastic, chances)
+        return found
 
     def probes(self) -> dict[str, float]:
         """Units of the map, surprise, and the error of this frame's direction."""

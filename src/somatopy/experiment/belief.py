@@ -1,0 +1,122 @@
+"""What a learner believes at arm postures that it never met: belief.npz of a run folder.
+
+At the end of each window and of each phase the learner is asked, for a few arm postures, where it would look and, if it
+is `Believing`, from which gazes of a grid it believes that the hand can be seen. Asking changes nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from somatopy.contract import Believing, Modelled, Twin
+from somatopy.experiment.ceiling import Vantages
+from somatopy.experiment.context import Context, stream
+from somatopy.experiment.session import Session
+from somatopy.files import write_whole
+from somatopy.percept import Floats
+
+__all__ = ["BELIEF", "GRIDS", "POSTURES", "Beliefs", "coarse"]
+
+#: The file's name.
+BELIEF = "belief.npz"
+#: Arm postures that the learner is asked about.
+POSTURES = 8
+#: Head postures along each head joint, by their number: half as many as the ceiling tries, where it tries many.
+GRIDS = {1: (97,), 2: (49, 15), 3: (25, 15, 9)}
+
+_TRIED = 1000  # arm postures drawn before no more are looked for
+_ONE = 255  # what stands for 1 in the file
+
+
+class Beliefs:
+    """Notes what the learner of a session believes, and writes it.
+
+    The arm postures are drawn from the babbling range before the first frame, such as the robot can see as it is then.
+
+    Args:
+        session: whose learner is asked; its body has a model of itself, and nothing has run yet.
+
+    Attributes:
+        arrays: the content of the file, by name:
+            `arms`, the postures, shape (k, n_arm), rad; `heads`, the gazes of the grid that the head can take, shape
+            (m, n_head), rad; `shape`, steps of the grid along each head joint; `cells`, where each gaze stands in it,
+            shape (m,); `limits`, low and high of each head joint, shape (n_head, 2), rad;
+            `frame`, frames done when the learner was asked, shape (t,); `phase`, the phase of the last of them, shape
+            (t,); `gaze`, where it would look, shape (t, k, n_head), rad; `belief`, in 255ths and rounded down, shape
+            (t, k, m), or (t, k, 0) where the learner says none.
+    """
+
+    def __init__(self, session: Session) -> None:
+        assert isinstance(session.body, Twin)
+        vantages = coarse(session.body)
+        arms = _held_out(session, vantages)
+        believed = len(vantages.heads) if isinstance(session.learner, Believing) else 0
+        self.arrays: dict[str, NDArray[Any]] = {
+            "arms": arms,
+            "heads": vantages.heads,
+            "shape": np.array(vantages.shape),
+            "cells": vantages.cells,
+            "limits": np.array(session.body.head.space.limits),
+            "frame": np.empty(0, np.int64),
+            "phase": np.empty(0, np.int64),
+            "gaze": np.empty((0, len(arms), vantages.heads.shape[1])),
+            "belief": np.empty((0, len(arms), believed), np.uint8),
+        }
+
+    @classmethod
+    def of(cls, session: Session, since: Mapping[str, Any] | None) -> Self | None:
+        """Those of a session that begins, or goes on from a checkpoint.
+
+        Returns:
+            None for a body without a model of itself, and for a run that went on without them so far.
+        """
+        if since is None:
+            body = session.body
+            return cls(session) if isinstance(body, Twin) and len(body.head) in GRIDS else None
+        if not since.get("beliefs"):
+            return None
+        beliefs = cls.__new__(cls)
+        beliefs.arrays = {name: np.array(array) for name, array in since["beliefs"].items()}
+        return beliefs
+
+    def note(self, session: Session) -> None:
+        """Ask the learner between two frames, once."""
+        if session.done in self.arrays["frame"]:
+            return
+        learner, arms = session.learner, session.feel(self.arrays["arms"])
+        gaze = [session.body.legal(learner.predict(arm)) for arm in arms]  # type: ignore[attr-defined]
+        believed = np.zeros((len(arms), self.arrays["belief"].shape[2]), np.uint8)
+        if isinstance(learner, Believing) and believed.size:
+            believed[:] = _ONE * learner.belief(arms, self.arrays["heads"])
+        noted = {"frame": session.done, "phase": session.reached, "gaze": gaze, "belief": believed}
+        for name, value in noted.items():
+            array = self.arrays[name]
+            self.arrays[name] = np.concatenate([array, np.asarray(value, array.dtype)[None]])
+
+    def write(self, folder: Path) -> None:
+        """Write the file, if the learner was asked anything."""
+        if self.arrays["gaze"].size:
+            write_whole(folder / BELIEF, lambda file: np.savez_compressed(file, allow_pickle=False, **self.arrays))
+
+
+def coarse(body: Modelled) -> Vantages:
+    """The gazes that a learner is asked about, with what can be seen from each."""
+    return Vantages.of(body, GRIDS[len(body.head)])
+
+
+def _held_out(session: Session, vantages: Vantages) -> Floats:
+    """Arm postures from the babbling range, uniform, that some gaze sees, shape (k, n_arm), rad."""
+    description, rng = session.description, stream(session.description.seed, "held-out postures")
+    low, high = Context(description, session.body).bounds().T
+    found: list[Floats] = []
+    for arm in rng.uniform(low, high, (_TRIED, len(low))):
+        if vantages.seeing(arm).any():
+            found.append(arm)
+        if len(found) == POSTURES:
+            break
+    return np.array(found).reshape(len(found), len(low))
