@@ -98,7 +98,7 @@ class Narrator:
         """What there is to say of a frame."""
         hit, (u, v) = bool(self._hits[frame]), self._pixels[frame]
         seconds = (frame + 1 - int(self._since[frame])) / FRAMES_PER_SECOND
-        last = "minute" if seconds >= 60 else f"{seconds:.0f} s"
+        last = "minute" if seconds >= 60 else f"{seconds:.{int(seconds < 10)}f} s"
         return Caption(
             time=robot_time(frame),
             phase=phase_title(self._summary, self.phase_of(frame)),

@@ -27,7 +27,8 @@ __all__ = ["demo", "main", "told"]
 
 TEXT = """Watch a robot learn to see its hand: ten minutes of robot time, a damage, five minutes more.
 
-A film and a report show what came of it. It takes one to two minutes on two cores. The first time it takes one more, because the learner is compiled.
+A film and a report show what came of it. This takes one to two minutes on two cores. The first time it takes one more,
+because the learner is compiled.
 
 example: somatopy demo --out runs/demo
 """

@@ -19,6 +19,7 @@ from somatopy.analysis.described import phases_of
 from somatopy.analysis.film import OUTSIDE, SHEET, Narrator, Sheet
 from somatopy.analysis.runs import Run, RunFolderError
 from somatopy.analysis.video import encoder, write_video
+from somatopy.bodies import gl_backend
 from somatopy.cli.mirror import mark
 from somatopy.cli.options import OnRun
 from somatopy.cli.run import note
@@ -97,7 +98,7 @@ def film(run: Run, scenes: Sequence[Scene]) -> tuple[Path, Path]:
         NoGL: no OpenGL works here.
         NoEncoder: the package that encodes video is not installed.
     """
-    encoder()  # before anything is drawn
+    encoder(), gl_backend()  # they say so before anything is read
     arms, heads, narrator = run.postures("arm"), run.postures("head"), Narrator(run)
     count = sum(len(scene.frames) for scene in scenes)
     with Replay(run.description, OUTSIDE) as replay:

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any, Self
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from somatopy.bodies import BodyError, MujocoBody
@@ -22,7 +21,7 @@ from somatopy.eyes import FiducialEye
 from somatopy.percept import Floats, Image
 from somatopy.registry import BODIES, Settings
 
-__all__ = ["Photograph", "Replay", "Still", "photographs", "portrait", "posed"]
+__all__ = ["Photograph", "Replay", "Still", "photographs", "posed"]
 
 
 @dataclass(frozen=True)
@@ -61,21 +60,6 @@ def photographs(
             image = robot.picture()
             taken.append(Photograph(image, eye.detect(image), seen.pixel if seen else None))
     return taken
-
-
-def portrait(
-    body: Settings | Mapping[str, Any], arm: ArrayLike, head: ArrayLike, size: tuple[int, int] = (720, 720)
-) -> Image:
-    """The robot in a posture, finely drawn, from the model's camera named `outside`, (height, width, 3).
-
-    Raises:
-        BodyError: the model has no such camera, or the robot cannot be put into postures at once.
-    """
-    with posed(body) as robot:
-        robot.place(arm, head)
-        if hasattr(robot, "model"):  # round shapes of many faces
-            robot.model.vis.quality.numslices, robot.model.vis.quality.numstacks = 64, 32
-        return np.array(robot.picture(OUTSIDE, *size))
 
 
 @contextmanager
