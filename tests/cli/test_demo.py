@@ -45,9 +45,9 @@ def test_its_numbers_are_counted_in_the_record(tmp_path: Path, monkeypatch: pyte
         raise NoGL("Cannot draw the robot's camera.")
 
     monkeypatch.setattr(module, "gl_backend", none)
-    folder = demo(tmp_path / "demo", minutes=1.5, after=1.2)
+    folder = demo(tmp_path / "demo", minutes=1.1, after=1.04)
     run = load_run(folder)
-    hits, border = run.values("hit"), round(1.5 * 900)
+    hits, border = run.values("hit"), round(1.1 * 900)
     minutes = hits[:900], hits[border - 900 : border], hits[border : border + 900], hits[-900:]
     shares = [f"{100 * np.mean(minute):.0f} %" for minute in minutes]
     ceiling = json.loads((folder / "ceiling.json").read_text())["rate"]

@@ -79,8 +79,8 @@ def posed(body: Settings | Mapping[str, Any]) -> Iterator[Any]:
     try:
         if not isinstance(robot, Posable):
             raise BodyError(
-                f"The body {settings.kind!r} cannot be put into postures at once: it has no place(). So its runs can be "
-                "neither filmed nor drawn (somatopy.contract.Posable)."
+                f"The body {settings.kind!r} cannot be put into postures at once: it has no place(). So its runs can "
+                "be neither filmed nor drawn (somatopy.contract.Posable)."
             )
         yield robot
     finally:
