@@ -1,8 +1,9 @@
-"""Draw the pictures of the README and docs: the robot from outside, and ten frames of its own camera.
+"""Draw the pictures of the README and docs: ten frames of the robot's camera, figures of a run, the film of the demo.
 
-usage: python docs/make_pictures.py RUN [--out docs/img]
+usage: python docs/make_pictures.py RUN [--demo DEMO] [--out docs/img]
 
 The frames are drawn from the arm and head postures that the run folder recorded, and looked at by the same detector.
+DEMO is the folder that `somatopy demo` wrote; its film is copied as demo.gif.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ import cv2
 import numpy as np
 
 from somatopy import load_run
-from somatopy.experiment.film import Photograph, photographs, portrait
+from somatopy.experiment.film import Photograph, photographs
 from somatopy.percept import Image
 
 GAP = 6
@@ -44,24 +45,19 @@ def sheet(pictures: list[Image], columns: int) -> Image:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("run", type=Path, help="a run folder")
+    parser.add_argument("--demo", type=Path, help="the folder of somatopy demo")
     parser.add_argument("--out", type=Path, default=Path("docs/img"))
     args = parser.parse_args()
     args.out.mkdir(parents=True, exist_ok=True)
     run = load_run(args.run)
-    body = run.description["body"]
-    hits = run.frames(["hit"])["hit"].to_numpy()
     arms, heads = run.postures("arm"), run.postures("head")
-    steady = len(hits) // 2 + int(np.convolve(hits[len(hits) // 2 :], np.ones(15), "valid").argmax())
-    frames = [*np.linspace(0, len(hits) - 1, 12, dtype=int)[1:-1], steady]
-    taken = photographs(body, arms[frames], heads[frames])
-    *ten, best = [annotated(photograph) for photograph in taken]
+    frames = np.linspace(0, len(arms) - 1, 12, dtype=int)[1:-1]
+    ten = [annotated(photograph) for photograph in photographs(run.description["body"], arms[frames], heads[frames])]
     cv2.imwrite(str(args.out / "head_camera.png"), sheet(ten, 5)[..., ::-1])
-    outside = portrait(body, arms[steady], heads[steady], size=(600, 540))
-    inside = cv2.resize(best, (720, 540), interpolation=cv2.INTER_CUBIC)
-    gap = np.full((540, GAP, 3), 255, np.uint8)
-    cv2.imwrite(str(args.out / "robot.png"), np.hstack([outside, gap, inside])[..., ::-1])
     for name in ("figure3", "figure4", "figure5", "efficiency", "filmstrip"):
         shutil.copy2(args.run / "figures" / f"{name}.png", args.out)
+    if args.demo is not None:
+        shutil.copy2(args.demo / "film.gif", args.out / "demo.gif")
 
 
 if __name__ == "__main__":

@@ -75,8 +75,10 @@ def test_every_verb_has_help_with_an_example(verb: str, capsys: pytest.CaptureFi
     assert main([verb, "--help"]) == 0
     out, err = capsys.readouterr()
     assert f"example: somatopy {verb}" in out and err == ""
-    assert "--json" in out
-    if verb in ("reproduce", "run", "compare"):
+    assert ("--json" in out) == (verb != "demo")
+    if verb == "demo":
+        assert "--out" in out and "--seed" in out and "--babbling.speed" not in out
+    elif verb in ("reproduce", "run", "compare"):
         assert "--babbling.speed" in out and "--learner.arm-map.shape" in out and "--damage-minutes" in out
     elif verb == "study":
         assert "FILE" in out and "--dry-run" in out and "--babbling.speed" not in out

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from somatopy.bodies import MODELS, BodyError, MujocoBody
-from somatopy.experiment import Description
-from somatopy.experiment.film import photographs, portrait
+from somatopy.bodies import BodyError, MujocoBody
+from somatopy.bodies.outside import Onlooker
+from somatopy.experiment import Description, film
+from somatopy.experiment.film import Replay, photographs, posed
 from somatopy.eyes import FiducialEye, GeometricEye
 from somatopy.registry import Settings
 
@@ -112,28 +112,6 @@ def test_photographs_are_of_the_recorded_posture_whatever_the_motion(short: Shor
     assert photographs(short().body, [], []) == []
 
 
-@pytest.mark.gl
-def test_a_portrait_shows_the_robot(short: Short) -> None:
-    """Of the size asked, with more than background in it; another posture is another picture."""
-    one = portrait(short().body, [0.4, 0.2, -0.8, -0.6], [0.3, 0.1], size=(200, 150))
-    other = portrait(short().body, [-0.4, 0.2, -0.8, -0.6], [0.3, 0.1], size=(200, 150))
-    assert one.shape == other.shape == (150, 200, 3)
-    changed = (one != other).any(axis=2)
-    assert 0.005 < changed.mean() < 0.5
-    assert one.reshape(-1, 3).std(axis=0).max() > 10
-
-
-@pytest.mark.gl
-def test_a_portrait_needs_its_camera(short: Short, tmp_path: Path) -> None:
-    """A model without a camera of that name: it and those there are are named."""
-    source = MODELS["nao"]
-    (tmp_path / "nao.toml").write_text(source.read_text())
-    model = (source.parent / "nao.xml").read_text()
-    (tmp_path / "nao.xml").write_text(model.replace('name="outside"', 'name="inside"'))
-    with pytest.raises(BodyError, match=r"'outside' does not exist\. Available: .*CameraBottom"):
-        portrait({"model": str(tmp_path / "nao.toml")}, np.zeros(4), np.zeros(2))
-
-
 def test_a_body_that_cannot_be_posed_is_refused_by_name() -> None:
     """It is closed all the same."""
     closed: list[object] = []
@@ -144,7 +122,64 @@ def test_a_body_that_cannot_be_posed_is_refused_by_name() -> None:
         def build(self, context: object) -> object:
             return SimpleNamespace(close=lambda: closed.append(self))
 
-    for call in (lambda: photographs(Rigid(), [], []), lambda: portrait(Rigid(), [], [])):
+    for call in (lambda: photographs(Rigid(), [], []), lambda: posed(Rigid()).__enter__()):
         with pytest.raises(BodyError, match=r"body 'rigid' cannot be put into postures at once: it has no place\(\)"):
             call()
     assert len(closed) == 2
+
+
+# -- a run, frame by frame ---------------------------------------------------------------------------------------------
+
+
+def hurt(short: Short, *damages: dict[str, object]) -> dict[str, object]:
+    """The table of an experiment whose second phase has these damages."""
+    phases = [
+        {"name": "intact", "frames": 2},
+        {"name": "hurt", "frames": 2, "interventions": [*damages, {"kind": "plastic", "parts": []}]},
+    ]
+    return short(phases=phases).model_dump(mode="json")
+
+
+@pytest.mark.gl
+def test_a_still_is_what_the_eye_and_an_onlooker_see(short: Short, postures: Postures) -> None:
+    """To the bit, as photographs of the same postures, and tags as the detector finds them."""
+    (arm, head), robot = postures[0], MujocoBody("nao", motion="kinematic", arm_speed=None)
+    (photograph,) = photographs(short().body, [arm], [head])
+    onlooker = Onlooker(robot, None, (90, 80))
+    with Replay(hurt(short), (90, 80)) as replay:
+        still = replay.still(0, arm, head)
+    assert np.array_equal(still.inside, photograph.image) and list(still.tags) == list(photograph.tags)
+    assert all(np.array_equal(still.tags[tag], photograph.tags[tag]) for tag in still.tags) and still.tags
+    assert np.array_equal(still.outside, onlooker.picture(arm, head)) and still.eye is None
+    onlooker.close()
+    robot.close()
+
+
+@pytest.mark.gl
+def test_injuries_are_seen_in_their_phase_alone(short: Short, postures: Postures) -> None:
+    """From outside and through the eye; what only changes percepts or the learner changes no picture."""
+    arm, head = postures[0]
+    marker, felt = {"kind": "marker", "by": 0.05}, {"kind": "offset"}
+    with Replay(hurt(short, felt, marker), (90, 80)) as replay:
+        intact, injured, again = (replay.still(phase, arm, head) for phase in (0, 1, 0))
+    assert np.array_equal(intact.inside, again.inside) and np.array_equal(intact.outside, again.outside)
+    assert not np.array_equal(intact.inside, injured.inside)
+    assert not np.array_equal(intact.outside, injured.outside)
+    robot = MujocoBody("nao", motion="kinematic", arm_speed=None)
+    robot.move_marker(0.05)
+    robot.place(arm, head)
+    assert np.array_equal(injured.inside, robot.picture())
+    robot.close()
+    with Replay(hurt(short, felt), (90, 80)) as replay:
+        assert np.array_equal(replay.still(1, arm, head).inside, intact.inside)
+
+
+def test_what_has_no_mujoco_model_is_not_filmed(short: Short, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It is named, and closed."""
+    closed: list[object] = []
+    members = ("arm", "head", "camera", "marker", "reset", "step", "place", "picture")
+    puppet = SimpleNamespace(**dict.fromkeys(members, print), close=lambda: closed.append(1))
+    monkeypatch.setattr(film.BODIES, "validated", lambda _: SimpleNamespace(kind="puppet", build=lambda _: puppet))
+    with pytest.raises(BodyError, match=r"'mujoco' cannot be filmed: films are drawn of robots with a MuJoCo model"):
+        Replay(hurt(short))
+    assert closed == [1]

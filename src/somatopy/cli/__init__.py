@@ -12,10 +12,12 @@ from importlib.metadata import PackageNotFoundError, version
 __all__ = ["main"]
 
 VERBS = {
+    "demo": "watch a robot learn to see its hand, in two minutes: a film and a report",
     "reproduce": "the paper from end to end: run, ceiling, controls, table, figures, report",
     "run": "run a preset or a description file",
     "resume": "continue a run after Ctrl-C or a kill, bit for bit",
     "report": "write the page of a run, with its figures, of several runs, or of a study",
+    "film": "make a film of a run: the robot from outside, and what its eye sees",
     "evaluate": "ask what a run has learned, on postures it never met",
     "compare": "compare learners and damages under many seeds, in all cores",
     "study": "run many experiments that a study file describes, here or on a Ray cluster",
@@ -89,10 +91,11 @@ def _version() -> str:
 def _is_wrong_use(error: Exception) -> bool:
     """Whether the user can mend it: a description, a robot, a run folder or a machine that does not fit."""
     from somatopy.analysis.runs import RunFolderError
+    from somatopy.analysis.video import NoEncoder
     from somatopy.bodies import BodyError, NoGL
     from somatopy.experiment import DescriptionError
 
-    return isinstance(error, DescriptionError | BodyError | NoGL | RunFolderError)
+    return isinstance(error, DescriptionError | BodyError | NoGL | NoEncoder | RunFolderError)
 
 
 def _fail(message: str, code: int) -> int:

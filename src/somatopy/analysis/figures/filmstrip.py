@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["Shot", "filmstrip", "filmstrip_frames"]
+__all__ = ["Shot", "filmstrip", "filmstrip_frames", "robot_time"]
 
 COLUMNS = 6
 #: Frames from one picture to the next: about half a second.
@@ -97,7 +97,7 @@ def filmstrip(run: Run, shots: Sequence[Shot]) -> Figure:
         for row, line in zip(panels, rows, strict=True):
             for axes, shot in zip(row, line, strict=False):
                 _draw(axes, shot)
-            row[0].set_title(f"{_phase(summary, line[0])}, {_clock(line[0])}", fontsize=9.0)
+            row[0].set_title(f"{_phase(summary, line[0])}, {robot_time(line[0].frame)}", fontsize=9.0)
     return figure
 
 
@@ -120,13 +120,19 @@ def _draw(axes: Axes, shot: Shot) -> None:
     if shot.pixel is not None:
         axes.plot(*shot.pixel, marker="+", ms=11, mew=2.0, color=BORDER)
     seen = shot.pixel is not None
-    axes.set_title(_clock(shot), fontsize=9.0)
+    axes.set_title(robot_time(shot.frame), fontsize=9.0)
     colors: Any = {"color": "white", "backgroundcolor": BORDER if seen else HITS}
     axes.text(0.03, 0.05, "seen" if seen else "missed", transform=axes.transAxes, fontsize=7.5, **colors)
 
 
-def _clock(shot: Shot) -> str:
-    minutes, frames = divmod(shot.frame, FRAMES_PER_MINUTE)
+def robot_time(frame: int) -> str:
+    """When a frame was, in robot time.
+
+    Example:
+        >>> robot_time(950)
+        '1 min 03.3 s'
+    """
+    minutes, frames = divmod(frame, FRAMES_PER_MINUTE)
     return f"{minutes} min {frames * 60 / FRAMES_PER_MINUTE:04.1f} s"
 
 
