@@ -160,7 +160,8 @@ def new(folder: Path, args: list[str]) -> list[str]:
 
 # -- processes of their own ------------------------------------------------------------------------------------------
 
-#: The command with small parts, many checkpoints, and a pause in each frame, so that there is time to stop it.
+#: The command with small parts, a checkpoint a frame, and a pause in each, so that it goes on for half a minute if
+#: nobody stops it: however busy the machine is, a signal comes before its end.
 SLOW = f"""
 import sys, time
 from somatopy.cli import main
@@ -169,7 +170,7 @@ run_folder.PART_FRAMES = recorder.PART_FRAMES = {PART}
 run_folder.CHECKPOINT_S = 0.05
 frame = session.Session.__next__
 def slow(self):
-    time.sleep(0.01)
+    time.sleep(0.1)
     return frame(self)
 session.Session.__next__ = slow
 raise SystemExit(main())
@@ -180,7 +181,7 @@ def begun(folder: Path, *args: str) -> subprocess.Popen[str]:
     """A run in a process of its own, with a checkpoint and frames behind it."""
     command = [sys.executable, "-c", SLOW, "run", "paper", *args, "--out", str(folder)]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    while not (folder / CHECKPOINT).exists() or not read_checkpoint(folder / CHECKPOINT)["session"]["done"]:
+    while not (folder / CHECKPOINT).exists() or read_checkpoint(folder / CHECKPOINT)["session"]["done"] < 3:
         assert process.poll() is None, process.communicate()
         time.sleep(0.02)
     return process
@@ -353,6 +354,7 @@ def test_an_older_format_is_refused_in_one_sentence(finished: Path, capsys: pyte
 # -- a frame that is stuck -------------------------------------------------------------------------------------------
 
 STUCK = """
+import signal
 import time
 from somatopy.bodies import MujocoBody
 
@@ -367,10 +369,19 @@ class Stuck(MujocoBody):
     def step(self, arm, head):
         self.frames += 1
         if self.frames == FIRST:
+            told = signal.getsignal(signal.SIGINT)
+            signal.signal(signal.SIGINT, lambda *args: (told(*args), open("told", "w").close()))
             open("stuck", "w").close()
             time.sleep(600)
         return super().step(arm, head)
 """
+
+
+def wait_for(process: subprocess.Popen[str], file: Path) -> None:
+    """Until a process has made a file."""
+    while not file.exists():
+        assert process.poll() is None, process.communicate()
+        time.sleep(0.02)
 
 
 @pytest.mark.parametrize("first", [1, 40])
@@ -380,12 +391,11 @@ def test_a_second_interrupt_breaks_a_stuck_frame(tmp_path: Path, first: int) -> 
     args = ["--body.kind", "stuck_body:Stuck", "--eye", "geometric", "--learner", "random", "--out", "run"]
     command = [sys.executable, "-c", "from somatopy.cli import main; raise SystemExit(main())", "run", "paper", *args]
     process = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    while not (tmp_path / "stuck").exists():
-        assert process.poll() is None, process.communicate()
-        time.sleep(0.02)
+    wait_for(process, tmp_path / "stuck")
     process.send_signal(signal.SIGINT)
+    wait_for(process, tmp_path / "told")  # two signals that come before the process runs are one
     with pytest.raises(subprocess.TimeoutExpired):
-        process.wait(timeout=1.5)
+        process.wait(timeout=0.3)
     process.send_signal(signal.SIGINT)
     printed, said = process.communicate(timeout=60)
     assert process.returncode == 130 and printed == "" and "Traceback" not in said
