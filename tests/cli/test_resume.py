@@ -63,6 +63,7 @@ def unbroken(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Unbroken:
 # -- killed ----------------------------------------------------------------------------------------------------------
 
 #: Reads command lines, runs each in a process of its own, and tells its number, its frames as they pass, and its end.
+#: A run before has loaded all kernels, so that the processes that follow need not.
 SERVER = f"""
 import json, os, sys
 import somatopy.cli.run, somatopy.cli.resume
@@ -70,6 +71,9 @@ from somatopy.experiment import recorder, run_folder, session
 run_folder.PART_FRAMES = recorder.PART_FRAMES = {PART}
 run_folder.CHECKPOINT_S = 0.004
 told = os.dup(1)
+os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+os.dup2(1, 2)
+somatopy.cli.main(sys.argv[1:])
 frame = session.Session.__next__
 def telling(self):
     found = frame(self)
@@ -79,9 +83,6 @@ session.Session.__next__ = telling
 for line in sys.stdin:
     child = os.fork()
     if child == 0:
-        nothing = os.open(os.devnull, os.O_WRONLY)
-        os.dup2(nothing, 1)
-        os.dup2(nothing, 2)
         os._exit(somatopy.cli.main(json.loads(line)))
     os.write(told, f"process {{child}}\\n".encode())
     os.write(told, f"end {{os.waitpid(child, 0)[1]}}\\n".encode())
@@ -91,8 +92,8 @@ for line in sys.stdin:
 class Server:
     """Starts commands that can be killed at a frame, without the seconds that a new interpreter takes."""
 
-    def __init__(self) -> None:
-        command = [sys.executable, "-c", SERVER]
+    def __init__(self, *first: str) -> None:
+        command = [sys.executable, "-c", SERVER, *first]
         self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
         assert self._process.stdin is not None and self._process.stdout is not None
         self._in, self._out = self._process.stdin, self._process.stdout
@@ -122,8 +123,8 @@ class Server:
 
 
 @pytest.fixture(scope="module")
-def server() -> Iterator[Server]:
-    running = Server()
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    running = Server(*new(tmp_path_factory.mktemp("first") / "run", QUICK))
     yield running
     running.close()
 
