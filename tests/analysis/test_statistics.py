@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
+from statsmodels.stats.multitest import multipletests
 
 from somatopy.analysis.statistics import (
     MIN_BOOTSTRAP,
@@ -337,6 +338,13 @@ def test_holm_lies_between_no_correction_and_bonferronis(p_values: dict[str, flo
         assert p - 1e-12 <= q <= min(1, len(known) * p) + 1e-12 and q >= least[1]
     if known:
         assert known[0][1] == pytest.approx(min(1, len(known) * known[0][0]))
+
+
+def test_holm_is_that_of_statsmodels() -> None:
+    """Bit for bit, with equal p values, 0 and 1 among them."""
+    values = [*(np.random.default_rng(0).random(20) / 30).tolist(), 0.01, 0.01, 0.0, 1.0]
+    adjusted = holm({str(k): p for k, p in enumerate(values)})
+    assert [*adjusted.values()] == multipletests(values, method="holm")[1].tolist()
 
 
 def test_holm_names_what_is_no_probability() -> None:

@@ -64,6 +64,7 @@ def unbroken(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Unbroken:
 # -- killed ----------------------------------------------------------------------------------------------------------
 
 #: Reads command lines, runs each in a process of its own, and tells its number, its frames as they pass, and its end.
+#: A run before has loaded all kernels, so that the processes that follow need not.
 SERVER = f"""
 import json, os, sys
 import somatopy.cli.run, somatopy.cli.resume
@@ -71,6 +72,9 @@ from somatopy.experiment import recorder, run_folder, session
 run_folder.PART_FRAMES = recorder.PART_FRAMES = {PART}
 run_folder.CHECKPOINT_S = 0.004
 told = os.dup(1)
+os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+os.dup2(1, 2)
+somatopy.cli.main(sys.argv[1:])
 frame = session.Session.__next__
 def telling(self):
     found = frame(self)
@@ -80,9 +84,6 @@ session.Session.__next__ = telling
 for line in sys.stdin:
     child = os.fork()
     if child == 0:
-        nothing = os.open(os.devnull, os.O_WRONLY)
-        os.dup2(nothing, 1)
-        os.dup2(nothing, 2)
         os._exit(somatopy.cli.main(json.loads(line)))
     os.write(told, f"process {{child}}\\n".encode())
     os.write(told, f"end {{os.waitpid(child, 0)[1]}}\\n".encode())
@@ -92,8 +93,8 @@ for line in sys.stdin:
 class Server:
     """Starts commands that can be killed at a frame, without the seconds that a new interpreter takes."""
 
-    def __init__(self) -> None:
-        command = [sys.executable, "-c", SERVER]
+    def __init__(self, *first: str) -> None:
+        command = [sys.executable, "-c", SERVER, *first]
         self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
         assert self._process.stdin is not None and self._process.stdout is not None
         self._in, self._out = self._process.stdin, self._process.stdout
@@ -123,8 +124,8 @@ class Server:
 
 
 @pytest.fixture(scope="module")
-def server() -> Iterator[Server]:
-    running = Server()
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    running = Server(*new(tmp_path_factory.mktemp("first") / "run", QUICK))
     yield running
     running.close()
 
@@ -161,7 +162,8 @@ def new(folder: Path, args: list[str]) -> list[str]:
 
 # -- processes of their own ------------------------------------------------------------------------------------------
 
-#: The command with small parts, many checkpoints, and a pause in each frame, so that there is time to stop it.
+#: The command with small parts, a checkpoint a frame, and a pause in each, so that it goes on for half a minute if
+#: nobody stops it: however busy the machine is, a signal comes before its end.
 SLOW = f"""
 import sys, time
 from somatopy.cli import main
@@ -170,7 +172,7 @@ run_folder.PART_FRAMES = recorder.PART_FRAMES = {PART}
 run_folder.CHECKPOINT_S = 0.05
 frame = session.Session.__next__
 def slow(self):
-    time.sleep(0.01)
+    time.sleep(0.1)
     return frame(self)
 session.Session.__next__ = slow
 raise SystemExit(main())
@@ -181,7 +183,7 @@ def begun(folder: Path, *args: str) -> subprocess.Popen[str]:
     """A run in a process of its own, with a checkpoint and frames behind it."""
     command = [sys.executable, "-c", SLOW, "run", "paper", *args, "--out", str(folder)]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    while not (folder / CHECKPOINT).exists() or not read_checkpoint(folder / CHECKPOINT)["session"]["done"]:
+    while not (folder / CHECKPOINT).exists() or read_checkpoint(folder / CHECKPOINT)["session"]["done"] < 3:
         assert process.poll() is None, process.communicate()
         time.sleep(0.02)
     return process
@@ -354,6 +356,7 @@ def test_an_older_format_is_refused_in_one_sentence(finished: Path, capsys: pyte
 # -- a frame that is stuck -------------------------------------------------------------------------------------------
 
 STUCK = """
+import signal
 import time
 from somatopy.bodies import MujocoBody
 
@@ -368,10 +371,19 @@ class Stuck(MujocoBody):
     def step(self, arm, head):
         self.frames += 1
         if self.frames == FIRST:
+            told = signal.getsignal(signal.SIGINT)
+            signal.signal(signal.SIGINT, lambda *args: (told(*args), open("told", "w").close()))
             open("stuck", "w").close()
             time.sleep(600)
         return super().step(arm, head)
 """
+
+
+def wait_for(process: subprocess.Popen[str], file: Path) -> None:
+    """Until a process has made a file."""
+    while not file.exists():
+        assert process.poll() is None, process.communicate()
+        time.sleep(0.02)
 
 
 @pytest.mark.parametrize("first", [1, 40])
@@ -381,12 +393,11 @@ def test_a_second_interrupt_breaks_a_stuck_frame(tmp_path: Path, first: int) -> 
     args = ["--body.kind", "stuck_body:Stuck", "--eye", "geometric", "--learner", "random", "--out", "run"]
     command = [sys.executable, "-c", "from somatopy.cli import main; raise SystemExit(main())", "run", "paper", *args]
     process = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    while not (tmp_path / "stuck").exists():
-        assert process.poll() is None, process.communicate()
-        time.sleep(0.02)
+    wait_for(process, tmp_path / "stuck")
     process.send_signal(signal.SIGINT)
+    wait_for(process, tmp_path / "told")  # two signals that come before the process runs are one
     with pytest.raises(subprocess.TimeoutExpired):
-        process.wait(timeout=1.5)
+        process.wait(timeout=0.3)
     process.send_signal(signal.SIGINT)
     printed, said = process.communicate(timeout=60)
     assert process.returncode == 130 and printed == "" and "Traceback" not in said

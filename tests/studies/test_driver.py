@@ -183,8 +183,8 @@ def test_failing_cells_end_no_other_and_are_run_again(
 
 
 @contextmanager
-def started(own: Path, folder: Path, processes: int) -> Iterator[subprocess.Popen[str]]:
-    """A study in a process of its own, whose learner takes its time."""
+def started(own: Path, folder: Path, processes: int, slow: float) -> Iterator[subprocess.Popen[str]]:
+    """A study in a process of its own, whose learner takes its time: so many seconds a frame, of 1350 in a cell."""
     process = subprocess.Popen(
         [
             sys.executable,
@@ -197,7 +197,7 @@ def started(own: Path, folder: Path, processes: int) -> Iterator[subprocess.Pope
             "--processes",
             str(processes),
         ],
-        env={**os.environ, "SLOW": "0.002", "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+        env={**os.environ, "SLOW": str(slow), "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
         text=True,
@@ -258,7 +258,7 @@ def test_a_killed_study_goes_on(own: Path, log: Path, undisturbed: list[Any], in
     """The driver is killed after its first cell: its workers end with it, and no finished cell runs again."""
     folder = tmp_path / "s"
     journal = folder / "journal.jsonl"
-    with started(own, folder, 1) as process:
+    with started(own, folder, 1, 0.002) as process:
         wait_for(lambda: process.poll() is not None or (journal.exists() and b"\n" in journal.read_bytes()))
         assert process.poll() is None
         process.kill()
@@ -275,9 +275,9 @@ def test_ctrl_c_stops_a_study_that_goes_on(
 ) -> None:
     """It says how; the workers have left checkpoints, so that no frame is computed twice."""
     folder = tmp_path / "s"
-    with started(own, folder, 2) as process:
+    with started(own, folder, 2, 0.05) as process:  # however late the second worker starts, the first is under way
         wait_for(lambda: process.poll() is not None or len(noted(own)) == 2)
-        time.sleep(0.5)
+        time.sleep(0.2)
         assert process.poll() is None
         process.send_signal(signal.SIGINT)
         said = process.communicate(timeout=60)[1]

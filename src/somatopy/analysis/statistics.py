@@ -300,15 +300,16 @@ def holm(p_values: Mapping[str, float | None]) -> dict[str, float | None]:
         >>> holm({"rise": 0.01, "level": None, "jump": 0.04})
         {'rise': 0.02, 'level': None, 'jump': 0.04}
     """
-    from statsmodels.stats.multitest import multipletests
-
     known = {name: p for name, p in p_values.items() if p is not None}
     for name, p in known.items():
         if not 0 <= p <= 1:
             raise ValueError(f"p_values[{name!r}] = {p} must lie in [0, 1], or be None for a test that was not done.")
     if not known:
         return dict(p_values)
-    adjusted = multipletests(list(known.values()), method="holm")[1]
+    values = np.array([*known.values()], dtype=float)
+    order = np.argsort(values)  # by hand: statsmodels' multipletests collects all garbage of the process at each call
+    adjusted = np.empty_like(values)
+    adjusted[order] = np.minimum(np.maximum.accumulate(np.arange(len(values), 0, -1) * values[order]), 1.0)
     return {**p_values, **dict(zip(known, adjusted.tolist(), strict=True))}
 
 

@@ -101,7 +101,7 @@ def save(figure: Figure, folder: str | Path, stem: str) -> tuple[Path, Path]:
     with style(), writing(png):
         write_whole(png, lambda file: figure.savefig(file, format="png", dpi=150))
     with style(), writing(svg):
-        figure.set_layout_engine("none")  # laid out once is enough, and it is half of the time
+        figure.set_layout_engine(None)  # laid out once is enough, and it is half of the time
         write_whole(svg, lambda file: figure.savefig(file, format="svg", metadata={"Date": None}))
     return png, svg
 
