@@ -1,4 +1,4 @@
-"""Draw the paper's model as vector art, docs/img/model.svg: two maps, the links between them, and the loop through body and eye.
+"""Draw the paper's model as vector art, docs/img/model.svg: two maps, the links between them, body and eye.
 
 python docs/make_model_picture.py
 """
@@ -79,7 +79,8 @@ def picture() -> str:
     middle_arm, middle_head = ARM_AT + 3 * STEP, HEAD_AT + 3 * STEP
     parts = [
         f"<rect width='860' height='420' fill='white'/><defs><marker id='tip' viewBox='0 0 10 10' refX='9' refY='5' "
-        f"markerWidth='7' markerHeight='7' orient='auto-start-reverse'><path d='M0 0L10 5L0 10z' fill='{INK}'/></marker></defs>",
+        f"markerWidth='7' markerHeight='7' orient='auto-start-reverse'>"
+        f"<path d='M0 0L10 5L0 10z' fill='{INK}'/></marker></defs>",
         text(middle_arm, 40, "arm map", 18, ARM, "bold"),
         text(middle_arm, 62, "each unit stands for a posture of the arm", 13, SOFT),
         text(middle_head, 40, "head map", 18, HEAD, "bold"),
