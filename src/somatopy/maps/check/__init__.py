@@ -33,6 +33,7 @@ _LAWS = (
     learning.learns_around_gaps,
     learning.returns_the_winner_of_gaps_too,
     learning.moves_only_what_was_observed,
+    learning.learns_tables,
     learning.computes_as_precisely_as_asked,
     learning.keeps_its_precision,
     keeping.stays_small,
