@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from sklearn.utils.extmath import randomized_svd
+from scipy.linalg import eigh
+from sklearn.utils.extmath import randomized_svd, svd_flip
 
 from somatopy.maps.lattice import Lattice
 from somatopy.maps.start import ranges, start_codes
@@ -16,6 +17,7 @@ __all__ = ["filled", "first_codes"]
 Array = NDArray[Any]
 Floats = NDArray[np.float64]
 
+MOST_EXACT = 500  # dimensions of which the whole covariance is worked on
 UNIT_RANGE = (0, 1)  # of drawn codes where neither bounds nor data say more
 
 
@@ -88,9 +90,20 @@ def _spread(table: Floats, lattice: Lattice, rng: np.random.Generator) -> Floats
     directions = min(places.shape[1], *table.shape)
     if not directions:
         return np.tile(mean, (lattice.units, 1))
-    _, sizes, axes = randomized_svd(table - mean, directions, random_state=int(rng.integers(2**31)))
-    codes: Floats = mean + places[:, :directions] @ (sizes[:, None] / np.sqrt(len(table)) * axes)
+    deviations, axes = _principal(table - mean, directions, rng)
+    codes: Floats = mean + places[:, :directions] @ (deviations[:, None] * axes)
     return codes
+
+
+def _principal(centred: Floats, directions: int, rng: np.random.Generator) -> tuple[Floats, Floats]:
+    """Standard deviations and unit vectors (directions, dims) of greatest variance, the greatest first."""
+    rows, dims = centred.shape
+    if dims <= MOST_EXACT:
+        found = eigh(centred.T @ centred / rows, subset_by_index=[dims - directions, dims - 1])
+        variances, axes = found[0][::-1], found[1][:, ::-1].T
+        return np.sqrt(np.maximum(variances, 0.0)), svd_flip(None, axes, u_based_decision=False)[1]
+    _, sizes, axes = randomized_svd(centred, directions, random_state=int(rng.integers(2**31)))
+    return sizes / np.sqrt(rows), axes
 
 
 def _unfolded(lattice: Lattice) -> Floats:
