@@ -181,7 +181,7 @@ class DSOM(LatticeMap):
 
 
 def suited_elasticity(table: Floats, lattice: Lattice, rng: np.random.Generator) -> float:
-    """The elasticity with which a map of the preset `rougier` is ordered on a table (n, dims) and does not collapse.
+    r"""The elasticity with which a map of the preset `rougier` is ordered on a table (n, dims) and does not collapse.
 
     In equation 2 the neighbourhood has the radius :math:`\eta \delta`, with :math:`\delta = \|v - w_s\|_\Omega`. Here
     it spans `SPAN` cells of the lattice for the inputs that move the map: inputs move it in proportion to

@@ -7,7 +7,7 @@ that are not on a lattice where their codes are.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import ceil, sqrt
+from math import sqrt
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,7 +15,6 @@ from matplotlib import colormaps
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import Normalize
 from matplotlib.ticker import MaxNLocator
-from matplotlib.transforms import Bbox
 from mpl_toolkits.mplot3d.art3d import Line3DCollection  # type: ignore[import-untyped]
 from numpy.typing import ArrayLike, NDArray
 from sklearn.exceptions import NotFittedError
@@ -24,6 +23,7 @@ from sklearn.utils.validation import check_consistent_length
 from somatopy.maps.base import Map, Topology
 from somatopy.maps.columns import chosen_columns, column_names
 from somatopy.maps.lattice import ROW_HEIGHT, Lattice
+from somatopy.maps.picture_axes import Beside, enough_axes, labelled, new_axes, plane, space
 from somatopy.maps.quality import History, winner_counts
 from somatopy.maps.quality.looking import codes_of, topology_of
 
@@ -106,7 +106,7 @@ def component_planes(trained: Map, axes: Any = None) -> NDArray[Any]:
     codes = _codes(trained)
     _check_drawable(getattr(trained, "topology_", None), codes)
     dims = codes.shape[1]
-    drawn = _enough_axes(axes, dims, "dimensions")
+    drawn = enough_axes(axes, dims, "dimensions")
     return np.array([component_plane(trained, dim, drawn[dim]) for dim in range(dims)], dtype=object)
 
 
@@ -140,7 +140,7 @@ def hit_maps(trained: Map, X: ArrayLike, y: ArrayLike, axes: Any = None) -> NDAr
     classes, which = np.unique(np.asarray(y), return_inverse=True)
     units, winners = len(_codes(trained)), trained.predict(X)
     _check_drawable(getattr(trained, "topology_", None), _codes(trained))
-    drawn = _enough_axes(axes, len(classes), "classes")
+    drawn = enough_axes(axes, len(classes), "classes")
     counts = [np.bincount(winners[which == place], minlength=units) for place in range(len(classes))]
     most = max(int(count.max()) for count in counts)
     for panel, name, count in zip(drawn, classes, counts, strict=True):
@@ -169,7 +169,7 @@ def codebook(
     inputs = np.asarray(codes[:0] if X is None else X, dtype=np.float64)
     if inputs.ndim != 2 or inputs.shape[1] != codes.shape[1]:
         raise ValueError(f"X must have shape (n, {codes.shape[1]}) for this map; got {inputs.shape}")
-    axes: Any = _plane(ax) if len(chosen) == 2 else _space(ax)
+    axes: Any = plane(ax) if len(chosen) == 2 else space(ax)
     if len(inputs):
         axes.scatter(*inputs[:, chosen].T, s=_size(len(inputs)), color=INPUT, linewidths=0, rasterized=True, zorder=1)
     points = codes[:, chosen]
@@ -177,7 +177,7 @@ def codebook(
         edges = _lines(points[trained.topology_.edges], linewidths=_width(len(points)), colors=EDGE, zorder=2)
         axes.add_collection(edges, autolim=False)  # the points at their ends set the limits, in space too
     axes.scatter(*points.T, s=_size(len(points)), color=UNIT, linewidths=0, rasterized=True, zorder=3)
-    return _labelled(axes, trained, chosen)
+    return labelled(axes, trained, chosen)
 
 
 def growth(history: History, axes: Any = None) -> NDArray[Any]:
@@ -202,7 +202,7 @@ def growth(history: History, axes: Any = None) -> NDArray[Any]:
         >>> units.get_ylabel()
         'units'
     """
-    drawn = _new_axes(2, columns=1, sharex=True) if axes is None else np.array(axes, dtype=object).ravel()
+    drawn = new_axes(2, columns=1, sharex=True) if axes is None else np.array(axes, dtype=object).ravel()
     if len(drawn) != 2:
         raise ValueError(f"growth needs two axes, for error and units; got {len(drawn)}")
     above, below = drawn
@@ -232,12 +232,12 @@ def _units(
     _check_drawable(topology, places)
     if isinstance(topology, Lattice):
         return _cells(ax, topology, values, label, least, most)
-    axes, width, size = _plane(ax), _width(len(places)), 4 * _size(len(places))
+    axes, width, size = plane(ax), _width(len(places)), 4 * _size(len(places))
     if topology is not None:
         axes.add_collection(_lines(places[topology.edges], linewidths=width, colors=NONE, zorder=1), autolim=False)
     options = {"linewidths": 0, "rasterized": True, "zorder": 2, **_scale(values, least, most)}
     points = axes.scatter(places[:, 0], places[:, 1], size, values, **options)
-    return _labelled(_with_bar(axes, points, label), trained, (0, 1))
+    return labelled(_with_bar(axes, points, label), trained, (0, 1))
 
 
 def _cells(
@@ -249,7 +249,7 @@ def _cells(
     most: float | None = None,
 ) -> Axes:
     """Colour each cell of a lattice by its value, grey below `least`."""
-    axes, (rows, columns) = _plane(ax), (1, *lattice.shape)[-2:]
+    axes, (rows, columns) = plane(ax), (1, *lattice.shape)[-2:]
     if lattice.hexagonal:
         cells: Any = _hexagons(axes, lattice, values, **_scale(values, least, most))
     else:
@@ -293,15 +293,15 @@ def _coloured_edges(ax: Axes | None, trained: Map, edges: NDArray[np.int64], len
     """Draw edges at their units' codes, coloured by length."""
     codes = _codes(trained)
     width = 1.5 * _width(len(codes))
-    axes, lines = _plane(ax), _lines(codes[edges][:, :, :2], linewidths=width, array=lengths, **_scale(lengths))
+    axes, lines = plane(ax), _lines(codes[edges][:, :, :2], linewidths=width, array=lengths, **_scale(lengths))
     axes.add_collection(lines)
     axes.autoscale_view()
-    return _labelled(_with_bar(axes, lines, label), trained, (0, 1))
+    return labelled(_with_bar(axes, lines, label), trained, (0, 1))
 
 
 def _scale(values: NDArray[Any], least: float = -np.inf, most: float | None = None) -> dict[str, Any]:
-    """Colours from the least value, or `least`, to the greatest, or `most`."""
-    low, high = max(values.min(), least), values.max() if most is None else most
+    """Colours from the least value, `least` at least, to the greatest; from `least` to `most`, if that is given."""
+    low, high = (max(values.min(), least), values.max()) if most is None else (least, most)
     return {"cmap": colormaps[COLOURS].with_extremes(under=NONE), "norm": Normalize(low, max(low, high))}
 
 
@@ -310,79 +310,8 @@ def _with_bar(axes: Axes, drawn: Any, label: str, orientation: str = "vertical")
     ticks = MaxNLocator("auto", steps=[1, 2, 5, 10], integer=drawn.get_array().dtype.kind == "i")
     bar: Any = axes.figure.colorbar(drawn, ax=axes, label=label, orientation=orientation, ticks=ticks)
     bar.outline.set_visible(False)
-    bar.ax.set_axes_locator(_Beside(axes, bar.ax))
+    bar.ax.set_axes_locator(Beside(axes, bar.ax))
     return axes
-
-
-class _Beside:
-    """Keeps a colour bar as long as its axes, also where an equal aspect makes them smaller than their place."""
-
-    def __init__(self, axes: Axes, bar: Axes) -> None:
-        self.axes, self.bar = axes, bar
-
-    def __call__(self, bar: Axes, renderer: Any) -> Bbox:
-        place, box, own = self.axes.get_position(True), self.axes.get_position(), bar.get_position(True)
-        # there is room for any thickness: the bar takes what goes with its length
-        if own.x0 >= place.x1:
-            return Bbox.from_bounds(own.x0, box.y0, place.width, box.height)
-        return Bbox.from_bounds(box.x0, own.y1 - place.height, box.width, place.height)
-
-    def get_subplotspec(self) -> Any:
-        """What tight_layout asks a locator for."""
-        return self.bar.get_subplotspec()
-
-
-# Axes
-
-
-def _plane(ax: Axes | None) -> Axes:
-    if ax is None:
-        drawn: Axes = _new_axes(1)[0]
-        return drawn
-    if ax.name == "3d":
-        raise ValueError("two dimensions need plain axes, as figure.add_subplot() makes; these are 3-D")
-    return ax
-
-
-def _space(ax: Axes | None) -> Axes:
-    if ax is None:
-        drawn: Axes = _new_axes(1, subplot_kw={"projection": "3d"})[0]
-        return drawn
-    if ax.name != "3d":
-        raise ValueError('three dimensions need axes that figure.add_subplot(projection="3d") makes; these are plain')
-    return ax
-
-
-def _new_axes(count: int, columns: int | None = None, **options: Any) -> NDArray[Any]:
-    """Axes in a new figure, in as many columns as rows or one more."""
-    from matplotlib import pyplot  # only here: it looks for a screen
-
-    columns = columns or ceil(sqrt(count))
-    rows = -(-count // columns)
-    size = (5.0, 4.2) if count == 1 else (3.4 * columns, 2.8 * rows)
-    figure = pyplot.figure(figsize=size, layout="constrained")
-    grid: NDArray[Any] = figure.subplots(rows, columns, squeeze=False, **options).ravel()
-    for spare in grid[count:]:
-        spare.remove()
-    return grid[:count]
-
-
-def _enough_axes(axes: Any, count: int, what: str) -> NDArray[Any]:
-    """The first of the axes that are given, or new ones, so many of them."""
-    drawn: NDArray[Any] = _new_axes(count) if axes is None else np.array(axes, dtype=object).ravel()
-    if len(drawn) < count:
-        raise ValueError(f"{count} {what} need as many axes; got {len(drawn)}")
-    return drawn[:count]
-
-
-def _labelled(axes: Any, trained: Map, dims: Sequence[int]) -> Axes:
-    """Name the dimensions; what is equally far is drawn so, since that is how the map sees it."""
-    names = column_names(trained)
-    for axis, dim in zip("xyz", dims, strict=False):
-        axes.set(**{f"{axis}label": names[dim]})
-    axes.set_aspect("equal", adjustable="box")  # limits stay the caller's to set, and axes may share them
-    labelled: Axes = axes
-    return labelled
 
 
 # Codes
