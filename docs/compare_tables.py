@@ -42,6 +42,7 @@ TABLES = {
 }
 OTHERS = ("engel", "modechoice", "randhie")  # of statsmodels
 MANY = (100_000, 20)
+INPUTS_A_UNIT = (10, 50, 100, 200, 500, 1000, 2000)
 
 
 def minisom(steps: int | None = None) -> Make:
@@ -148,6 +149,38 @@ def beside(found: dict[str, dict[str, Outcome]]) -> list[str]:
     return lines
 
 
+def by_inputs() -> list[str]:
+    """How error on held-out rows and order change with the inputs a unit, by which the default was chosen."""
+    frames = {name: getattr(statsmodels.datasets, name).load_pandas().exog for name in ("anes96", "fair", "star98")}
+    chosen = {
+        "seven blobs": datasets.make_blobs(500, 5, centers=7, random_state=0)[0],
+        "swiss roll": datasets.make_swiss_roll(1000, noise=0.5, random_state=0)[0],
+        "diabetes": datasets.load_diabetes().data,
+        **{name: _numbers(frame) for name, frame in frames.items()},
+    }
+    lines = [line(["table", *(f"{n:,}" for n in INPUTS_A_UNIT)]), "|---" * (len(INPUTS_A_UNIT) + 1) + "|"]
+    for kind in ("SOM", "NeuralGas"):
+        for name, table in chosen.items():
+            scaled = StandardScaler().fit_transform(table)
+            found = [middle(passing(kind, inputs), scaled, 3) for inputs in INPUTS_A_UNIT]
+            last = found[-1].error
+            cells = [f"{one.error / last:.2f}{'' if kind != 'SOM' else f', {one.disorder:.2f}'}" for one in found]
+            lines.append(line([f"{kind}, {name}", *cells]))
+    return lines
+
+
+def passing(kind: str, inputs: int) -> Make:
+    """A map that learns about so many inputs a unit."""
+
+    def make(X: Floats, seed: int) -> Map:
+        epochs = max(1, round(inputs * UNITS / len(X)))
+        if kind == "SOM":
+            return SOM(shape=SHAPE, epochs=epochs, random_state=seed).fit(X)
+        return NeuralGas(units=UNITS, epochs=epochs, random_state=seed).fit(X)
+
+    return make
+
+
 def against_time(seed: int = 0) -> list[str]:
     """Error against time on a large table: clusters of many widths in five dimensions, turned into twenty."""
     rng = np.random.default_rng(seed)
@@ -162,7 +195,8 @@ def against_time(seed: int = 0) -> list[str]:
     lines = ["| map | time | error | order |", "|---|---|---|---|"]
     for name, make in entries.items():
         one = tried(make, table, seed)
-        lines.append(line([name, f"{one.seconds:.2f} s", f"{one.error:.4f}", f"{one.disorder:.2f}"]))
+        order = "-" if np.isnan(one.disorder) else f"{one.disorder:.2f}"
+        lines.append(line([name, f"{one.seconds:.2f} s", f"{one.error:.2f}", order]))
     return lines
 
 
@@ -187,9 +221,9 @@ def main() -> None:
     for name, table in named_tables():
         found[name] = {kind: middle(make, table, seeds) for kind, make in MAPS.items()}
         print(barred({name: found[name]})[-1], flush=True)
-    results = {"bar": barred(found), "beside": beside(found), "time": against_time()}
+    results = {"bar": barred(found), "beside": beside(found), "time": against_time(), "inputs": by_inputs()}
     PAGE.write_text(written(PAGE.read_text(encoding="utf-8"), **results), encoding="utf-8")
-    print("\n".join(results["beside"] + results["time"]))
+    print("\n".join(results["beside"] + results["time"] + results["inputs"]))
 
 
 if __name__ == "__main__":
