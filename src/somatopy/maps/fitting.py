@@ -122,6 +122,8 @@ class LearnsTables(ABC):
 
     def _mend(self) -> str:
         """What helps against that."""
+        if not hasattr(self, "epochs"):
+            return "It learned each row once: let partial_fit learn them again"
         return f"It learned {self.n_iter_} pass{'es' * (self.n_iter_ > 1)} over the rows: raise epochs"
 
     @contextmanager
