@@ -3,7 +3,7 @@ SETUP := sh scripts/setup.sh
 BIN   := .venv/bin
 ARGS  ?=
 
-.PHONY: help reproduce test lint bench gl
+.PHONY: help reproduce test lint bench tables gl
 .DEFAULT_GOAL := help
 
 help:  ## this list
@@ -24,6 +24,9 @@ lint: .venv/ready-test  ## ruff and mypy
 
 bench: .venv/ready-bench  ## speed of all maps beside other packages; options by ARGS="--sides 30"
 	$(BIN)/python benchmarks/maps.py $(ARGS)
+
+tables: .venv/ready-bench  ## docs/maps/tables.md anew: the maps beside minisom on tables
+	$(BIN)/python docs/compare_tables.py $(ARGS)
 
 gl: | .venv/ready
 	@$(SETUP) gl

@@ -68,7 +68,7 @@ def bounded(codes: NDArray[Any]) -> Run:
 def soms(shape: Shape, dims: int, inputs: NDArray[Any]) -> Iterator[Contestant]:
     """A whole training, from a width of half the map on; and steps after it."""
     count = whole(shape)
-    som, settled = (SOM(shape=shape, horizon=n, random_state=0) for n in (count, len(inputs)))
+    som, settled = (SOM(shape=shape, horizon=n, epochs=1, random_state=0) for n in (count, len(inputs)))
     yield Contestant("SOM, whole training", "SOM.fit", som.fit, count)
     if step := minisom(shape, dims, count):
         yield Contestant("SOM, whole training", "minisom, online steps", step, count)
@@ -83,7 +83,7 @@ def soms(shape: Shape, dims: int, inputs: NDArray[Any]) -> Iterator[Contestant]:
 def gases(shape: Shape, dims: int, inputs: NDArray[Any]) -> Iterator[Contestant]:
     """Neural gas: a whole training, from a width of ten ranks on; and steps after it."""
     count, units = whole(shape), shape[0] * shape[1]
-    gas, settled = (NeuralGas(units=units, horizon=n, random_state=0) for n in (count, len(inputs)))
+    gas, settled = (NeuralGas(units=units, horizon=n, epochs=1, random_state=0) for n in (count, len(inputs)))
     yield Contestant("NeuralGas, whole training", "NeuralGas.fit", gas.fit, count)
     yield Contestant("NeuralGas, whole training", "equation in NumPy", plain_gas(uniform(units, dims), 0.05, 1.0))
     yield Contestant("NeuralGas, settled", "NeuralGas.partial_fit", settled.partial_fit(inputs).partial_fit)

@@ -17,9 +17,10 @@ matplotlib.use("Agg")
 import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
+from sklearn.datasets import load_iris
 
 from somatopy.maps import DSOM, SOM, GrowingNeuralGas
-from somatopy.maps.pictures import codebook, component_planes, growth, hit_map, u_matrix
+from somatopy.maps.pictures import codebook, component_planes, growth, hit_map, hit_maps, u_matrix
 from somatopy.maps.quality import follow, topographic_error, topographic_product
 
 Floats = NDArray[np.float64]
@@ -127,7 +128,22 @@ def dimensions(rng: np.random.Generator) -> Figure:
     return figure
 
 
+def flowers(rng: np.random.Generator) -> Figure:
+    """Iris: what units know of each column, and where its three species fall."""
+    figure = Figure(figsize=(12, 4.9), layout="constrained")
+    iris = load_iris(as_frame=True)
+    som = SOM(shape=(10, 10), lattice="hexagonal", random_state=0).fit(iris.data)
+    grid = figure.subplots(2, 4)
+    component_planes(som, grid[0])
+    hit_maps(som, iris.data, iris.target_names[iris.target], grid[1, :3])
+    u_matrix(som, grid[1, 3]).set_title("U-matrix")
+    for axes in grid.flat:
+        axes.set(xlabel="", ylabel="", xticks=[], yticks=[])
+    return figure
+
+
 PICTURES = {
+    "iris": flowers,
     "u_matrix": u_matrices,
     "component_planes": planes,
     "hit_map": hits,
@@ -139,13 +155,14 @@ PICTURES = {
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--only", nargs="+", choices=PICTURES, default=list(PICTURES), help="which (default all)")
     parser.add_argument("--out", type=Path, default=Path(__file__).parent / "img" / "maps")
     args = parser.parse_args()
     args.out.mkdir(parents=True, exist_ok=True)
     matplotlib.rcParams.update({"font.size": 9, "axes.titlesize": 10})
     matplotlib.rcParams.update({"axes.spines.top": False, "axes.spines.right": False})
-    for name, draw in PICTURES.items():
-        figure = draw(np.random.default_rng(1))
+    for name in args.only:
+        figure = PICTURES[name](np.random.default_rng(1))
         figure.draw_without_rendering()  # what is equally scaled has its size only now: the layout is then exact
         figure.savefig(args.out / f"{name}.png", dpi=100)
 

@@ -254,6 +254,17 @@ class Dissenting(Means):
         return order[:, 1]
 
 
+class Unlabelled(Means):
+    def fit_predict(self, X: ArrayLike, y: object = None) -> Array:
+        labels: Array = super().fit_predict(X)
+        return labels[::-1]
+
+
+class Twice(Means):
+    def fit(self, X: ArrayLike, y: object = None) -> Twice:
+        return super().fit(X).partial_fit(X)
+
+
 class Lenient(Means):
     def winners(self, x: ArrayLike, k: int = 2) -> tuple[Array, Array]:
         check_is_fitted(self)
@@ -417,6 +428,8 @@ def test_a_sound_map_passes() -> None:
         (Partial, "transform_chunks differs"),
         (Nameless, "2 names of features for 5 units"),
         (Dissenting, "winner, winners, predict and transform agree.*predict says"),
+        (Unlabelled, "fit learns each row n_iter_ times.*fit_predict and labels_ differ"),
+        (Twice, "fit learns each row n_iter_ times.*1 passes, 160 inputs"),
         (Lenient, "winners took k=0"),
         (Circular, r"code\(unit\) is that row of codebook_.*code\(5\) of as many units"),
         (Contrary, "of units equally near the first wins"),

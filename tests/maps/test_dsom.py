@@ -68,7 +68,7 @@ def test_presets_bring_their_own_rates() -> None:
     own = DSOM(shape=(4, 4), preset="schillaci2016", random_state=0)
     given = DSOM(shape=(4, 4), preset="schillaci2016", learning_rate=0.2, elasticity=1.5, random_state=0)
     other = DSOM(shape=(4, 4), preset="schillaci2016", learning_rate=0.1, random_state=0)
-    codes = [dsom.fit([[0.3, 0.4]]).codebook_ for dsom in (own, given, other)]
+    codes = [dsom.partial_fit([[0.3, 0.4]]).codebook_ for dsom in (own, given, other)]
     np.testing.assert_array_equal(codes[0], codes[1])
     assert not np.array_equal(codes[0], codes[2])
 
@@ -177,7 +177,7 @@ def test_rates_can_be_set_while_learning() -> None:
         ({"bounds": (1, 0)}, r"bounds must be finite \(low, high\) with low < high.*got \(1, 0\)"),
         ({"bounds": (0, np.inf)}, "bounds must be finite"),
         ({"bounds": [[0, 1]] * 3}, r"shape \(2, 2\)"),
-        ({"init": "pca"}, r"init must be 'uniform' or an array \(units, dims\); got 'pca'"),
+        ({"init": "pcs"}, r"one of \['auto', 'pca', 'sample', 'uniform'\], or an array \(units, dims\); got 'pcs'"),
         ({"init": np.zeros((8, 2))}, r"init must have shape \(units, dims\), \(9, 2\) here; got \(8, 2\)"),
         ({"init": np.full((9, 2), np.nan)}, "init must be finite"),
     ],

@@ -9,6 +9,7 @@ from functools import cache
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 from matplotlib import pyplot
 from matplotlib.collections import LineCollection
@@ -20,7 +21,16 @@ from numpy.typing import NDArray
 from sklearn.exceptions import NotFittedError
 
 from somatopy.maps import DSOM, SOM, EvolvingSOM, Graph, GrowingNeuralGas, GrowWhenRequired, Lattice, Map, NeuralGas
-from somatopy.maps.pictures import NONE, codebook, component_plane, component_planes, growth, hit_map, u_matrix
+from somatopy.maps.pictures import (
+    NONE,
+    codebook,
+    component_plane,
+    component_planes,
+    growth,
+    hit_map,
+    hit_maps,
+    u_matrix,
+)
 from somatopy.maps.quality import History, follow, winner_counts
 
 Floats = NDArray[np.float64]
@@ -705,3 +715,57 @@ def test_a_map_without_units_cannot_be_drawn(draw: Callable[[Map], Any]) -> None
     with pytest.raises(NotFittedError, match=r"^this EvolvingSOM has no units yet; let it learn an input first$"):
         draw(EvolvingSOM(threshold=0.3).initialise(3))
     assert not pyplot.get_fignums()
+
+
+# Tables with names, and classes
+
+
+def tabled() -> SOM:
+    som: SOM = SOM(shape=(3, 4), epochs=1, random_state=0).fit(pd.DataFrame(INPUTS, columns=["red", "green", "blue"]))
+    return som
+
+
+def test_pictures_name_the_columns_of_a_table() -> None:
+    """Bars, axes and planes have the names, and a name chooses the dimension that has it."""
+    som = tabled()
+    planes = component_planes(som, Figure().subplots(1, 3))
+    assert [bar.get_ylabel() for bar in planes[0].figure.axes[3:]] == ["red", "green", "blue"]
+    by_name, by_number = (component_plane(som, dim, Figure().subplots()) for dim in ("blue", 2))
+    values = [axes.collections[0].get_array() for axes in (by_name, by_number)]
+    np.testing.assert_array_equal(values[0].ravel(), som.codebook_[:, 2])
+    np.testing.assert_array_equal(*values)
+    axes: Any = codebook(som, Figure().subplots(), dims=("green", 0), X=INPUTS)
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("green", "red")
+    np.testing.assert_array_equal(axes.collections[-1].get_offsets(), som.codebook_[:, [1, 0]])
+    gas = NeuralGas(5, epochs=1).fit(pd.DataFrame(INPUTS, columns=["red", "green", "blue"]))
+    drawn = hit_map(gas, pd.DataFrame(INPUTS, columns=["red", "green", "blue"]), Figure().subplots())
+    assert (drawn.get_xlabel(), drawn.get_ylabel()) == ("red", "green")
+
+
+def test_a_name_that_is_no_column_is_refused_with_those_that_are() -> None:
+    """The message has the numbers and the names."""
+    with pytest.raises(ValueError, match=r"no dimension 'rde': the codes have dimensions 0 to 2, named \['red', 'gr"):
+        component_plane(tabled(), "rde", Figure().subplots())
+
+
+@pytest.mark.parametrize("kind", [lambda: SOM(shape=(3, 4), epochs=1), lambda: NeuralGas(12, epochs=1)])
+def test_hit_maps_share_the_hits_among_the_classes(kind: Callable[[], Map]) -> None:
+    """Their sum is the hit map; titles are the classes; one colour means one number in all of them."""
+    chart, y = kind().fit(INPUTS), np.where(INPUTS[:, 0] < 0.2, "low", "high")
+    drawn = hit_maps(chart, INPUTS, y, Figure().subplots(1, 2))
+    assert [axes.get_title() for axes in drawn] == ["high", "low"]
+    cells = [axes.collections[-1] for axes in drawn]
+    counts = [np.asarray(one.get_array()).ravel() for one in cells]
+    np.testing.assert_array_equal(counts[0] + counts[1], winner_counts(chart, INPUTS))
+    assert counts[1].sum() == (y == "low").sum()
+    assert cells[0].norm.vmin == cells[1].norm.vmin == 1
+    assert cells[0].norm.vmax == cells[1].norm.vmax == max(count.max() for count in counts)
+
+
+def test_hit_maps_need_a_class_for_each_row_and_axes_for_each_class() -> None:
+    """The messages count them."""
+    with pytest.raises(ValueError, match="inconsistent numbers of samples"):
+        hit_maps(tabled(), INPUTS, [1, 2])
+    table = pd.DataFrame(INPUTS, columns=["red", "green", "blue"])
+    with pytest.raises(ValueError, match="3 classes need as many axes; got 2"):
+        hit_maps(tabled(), table, np.arange(600) % 3, Figure().subplots(1, 2))

@@ -2,6 +2,7 @@
 
 from somatopy.maps.base import Map, Topology
 from somatopy.maps.check import check_map
+from somatopy.maps.classifier import MapClassifier
 from somatopy.maps.dsom import DSOM
 from somatopy.maps.evolving_som import EvolvingSOM
 from somatopy.maps.graph import Graph
@@ -29,6 +30,7 @@ __all__ = [
     "GrowingNeuralGas",
     "Lattice",
     "Map",
+    "MapClassifier",
     "NeuralGas",
     "Topology",
     "check_map",

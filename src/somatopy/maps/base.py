@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Iterator, Mapping
 from copy import deepcopy
 from typing import Any, ClassVar, Protocol, Self
@@ -15,6 +15,7 @@ from sklearn.exceptions import NotFittedError
 from sklearn.utils.validation import check_is_fitted, validate_data
 
 from somatopy.maps.distances import squared_distances
+from somatopy.maps.fitting import LearnsTables
 from somatopy.maps.inputs import LIMITS, MISSING, real, refusal, restored, unusable
 from somatopy.maps.start import check_units
 
@@ -44,7 +45,7 @@ class Topology(Protocol):
         ...
 
 
-class Map(ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator, ABC):  # type: ignore[misc]
+class Map(LearnsTables, ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator):  # type: ignore[misc]
     """A self-organising map that learns one input at a time: arrays in, arrays out.
 
     A concrete map gives `_start` and `_step`; a map with compiled kernels overrides what it can do faster. Everything
@@ -63,6 +64,9 @@ class Map(ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator, ABC)
         topology_: which units are neighbours; a `Topology`.
         samples_seen_: inputs learned so far.
         n_features_in_: dims, once the map has been initialised.
+        feature_names_in_: names of the columns, where the inputs came in a table that has them.
+        labels_: the winner of each row that `fit` learned, once it had ended, shape (n,).
+        n_iter_: how many times `fit` went through the rows.
     """
 
     dtype: str
@@ -83,6 +87,10 @@ class Map(ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator, ABC)
         Raises:
             ValueError: if a parameter of the map is not valid, or does not fit `dims`.
         """
+
+    def _start_from(self, samples: Array, rng: np.random.Generator) -> dict[str, Array]:
+        """The same for a map that will learn these samples (n, dims); n is 0 where learning starts without data."""
+        return self._start(samples.shape[1], rng)
 
     @abstractmethod
     def _step(self, x: Array) -> int:
@@ -108,7 +116,7 @@ class Map(ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator, ABC)
             ValueError: if a parameter is not valid, or does not fit `dims`.
         """
         check_units("dims", dims)
-        self._go_on_from(self._fresh_arrays(int(dims), np.random.default_rng(self.random_state)))
+        self._go_on_from(self._fresh_arrays(np.empty((0, int(dims))), np.random.default_rng(self.random_state)))
         self.__dict__.pop("feature_names_in_", None)
         return self
 
@@ -130,27 +138,13 @@ class Map(ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator, ABC)
             ValueError: if X has not two axes and `n_features_in_` columns, or holds NaN or infinities; then nothing
                 has changed.
         """
-        if not self.__sklearn_is_fitted__():
-            return self.fit(X)
-        self._learn(self._usable_inputs(X, reset=False))
-        return self
-
-    def fit(self, X: ArrayLike, y: object = None) -> Self:
-        """Start anew and learn the rows of X (n, dims) once, in their order.
-
-        Raises:
-            ValueError: if X has not two axes, or holds NaN or infinities, or a parameter is not valid; then nothing
-                has changed.
-        """
-        before = dict(vars(self))
-        try:
+        if self.__sklearn_is_fitted__():
+            self._learn(self._usable_inputs(X, reset=False))
+            return self
+        with self._unchanged_if_refused():
             samples = self._usable_inputs(X, reset=True)
-            self._go_on_from(self._fresh_arrays(samples.shape[1], np.random.default_rng(self.random_state)))
+            self._go_on_from(self._fresh_arrays(samples[:0], np.random.default_rng(self.random_state)))
             self._learn(samples)
-        except BaseException:
-            self.__dict__.clear()
-            self.__dict__.update(before)
-            raise
         return self
 
     def learn_and_find(self, x: ArrayLike) -> tuple[int, float]:
@@ -242,7 +236,7 @@ class Map(ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator, ABC)
         codebook = np.asarray(state.get("codebook", 0.0))
         if codebook.ndim != 2 or codebook.shape[1] < 1:
             raise ValueError(f"a state needs a codebook of shape (units, dims); this one has {sorted(state)}")
-        expected = self._fresh_arrays(codebook.shape[1], np.random.default_rng(0))
+        expected = self._fresh_arrays(np.zeros((1, codebook.shape[1])), np.random.default_rng(0))
         if wrong := set(expected) ^ set(state):
             raise ValueError(
                 f"the state of a {type(self).__name__} has {sorted(expected)}; {sorted(wrong)} are missing or unknown"
@@ -271,10 +265,10 @@ class Map(ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator, ABC)
     # What the maps share. A map with a layout of its own overrides `_take_over`, `_state_arrays` and `_codes`, and
     # what it can do faster
 
-    def _fresh_arrays(self, dims: int, rng: np.random.Generator) -> dict[str, Array]:
-        """What `_start` gives, in the map's precision, with the number of inputs."""
+    def _fresh_arrays(self, samples: Array, rng: np.random.Generator) -> dict[str, Array]:
+        """What `_start_from` gives, in the map's precision, with the number of inputs."""
         precision = self._checked_precision()
-        arrays = self._start(dims, rng)
+        arrays = self._start_from(samples, rng)
         codebook = np.array(arrays["codebook"], dtype=np.float64)
         if not (np.abs(codebook) <= LIMITS[precision]).all():
             raise ValueError(f"start codes must be at most {LIMITS[precision]:g} in size for {precision}")
@@ -302,6 +296,8 @@ class Map(ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator, ABC)
     def _go_on_from(self, arrays: dict[str, Array]) -> None:
         """Start, or go on, from a whole state."""
         fixed = {name: deepcopy(getattr(self, name)) for name in self.FIXED}
+        for name in ("labels_", "n_iter_"):
+            self.__dict__.pop(name, None)
         self._fixed, self.n_features_in_ = fixed, arrays["codebook"].shape[1]
         self._take_over(arrays)
 

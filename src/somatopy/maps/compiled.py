@@ -23,8 +23,8 @@ Floats = NDArray[np.float64]
 class CompiledMap(Map):
     """A map whose kernels learn, look, and check on the way whether inputs are usable.
 
-    What keeps the codes, a `SheetMap` or a `GraphMap`, gives `_laid_out`; a concrete map gives `_start` and what calls
-    its kernel.
+    What keeps the codes, a `SheetMap` or a `GraphMap`, gives `_laid_out`; a concrete map gives `_start_from` and what
+    calls its kernel.
     """
 
     _input_dtype: np.dtype[Any]
@@ -37,6 +37,13 @@ class CompiledMap(Map):
             The winner of the last sample before its update; -1, and nothing has changed, if a sample is not usable.
             Then the winner of the last sample after its update, and its distance, if `find` asks for them.
         """
+
+    @abstractmethod
+    def _start_from(self, samples: Array, rng: np.random.Generator) -> dict[str, Array]:
+        """The state before the first input; see `Map`."""
+
+    def _start(self, dims: int, rng: np.random.Generator) -> dict[str, Array]:
+        return self._start_from(np.empty((0, dims)), rng)
 
     @abstractmethod
     def _laid_out(self) -> tuple[Array, int]:

@@ -8,8 +8,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from sklearn.metrics import pairwise_distances
+from sklearn.utils.validation import check_is_fitted
 
 from somatopy._jit import jit
+from somatopy.maps.first_codes import filled, first_codes
 from somatopy.maps.kernels import all_usable, least_and_greatest, nearest_now, read_sample, squared_distances, unit_at
 from somatopy.maps.lattice import Lattice
 from somatopy.maps.lattice_kernels import (
@@ -22,7 +25,7 @@ from somatopy.maps.lattice_kernels import (
     rows_in_reach,
 )
 from somatopy.maps.sheet import LatticeMap, Sheet
-from somatopy.maps.start import NEGLIGIBLE, check_number, remembered, start_codes
+from somatopy.maps.start import NEGLIGIBLE, check_number, remembered
 
 __all__ = ["DSOM"]
 
@@ -32,6 +35,9 @@ Integers = NDArray[np.int64]
 
 DEFAULTS = {"rougier": (0.1, 0.1), "schillaci2016": (0.2, 1.5), "printed": (0.1, 0.1)}  # learning rate, elasticity
 ROUGIER, SCHILLACI, PRINTED = range(3)  # their places
+# Cells that the neighbourhood spans: less leaves disorder, more pulls the map together (measured in docs/maps/dsom.md).
+SPAN, MOST_ELASTIC = 0.8, 1.5
+MOST_ROWS = 2000  # that stand for units, and as many for inputs
 DOUBLE = np.dtype(np.float64)
 
 
@@ -69,14 +75,19 @@ class DSOM(LatticeMap):
     Args:
         shape: units along each lattice axis, one to four numbers.
         learning_rate: :math:`\varepsilon`, in (0, 1]; None is the preset's, .1, or .2 for `schillaci2016`.
-        elasticity: :math:`\eta`, over 0: how strongly units are coupled. With `rougier` order needs a large one, about
-            1.75 for data of two dimensions, .7 of three, .35 to .5 of four; much more, and the map collapses. None is
-            the preset's: .1, which gives next to no order, or 1.5 for `schillaci2016`.
+        elasticity: :math:`\eta`, over 0: how strongly units are coupled. None: with `rougier`, `fit` chooses it from
+            the rows, so that the neighbourhood spans .8 cells once the map has learned; otherwise it is the preset's,
+            .1, which gives next to no order, or 1.5 for `schillaci2016`. Order needs about 1.75 for uniform data of
+            two dimensions, .7 of three, .35 to .5 of four; with much more the map collapses.
         preset: how equations 1 and 2 are normalised: "rougier", "schillaci2016" or "printed".
         lattice: "rectangular" or "hexagonal"; see `Lattice`.
         periodic: whether opposite borders of the lattice touch.
-        bounds: range (low, high) of the start codes, for all dimensions or one pair for each, shape (dims, 2).
-        init: "uniform" draws the start codes within `bounds`; an array (units, dims) gives them, units row by row.
+        bounds: range (low, high) in which start codes are drawn, for all dimensions or one pair for each, shape
+            (dims, 2); None is the range of the rows where `fit` starts, and 0 to 1 otherwise.
+        init: "pca" spreads the start codes over the plane in which the rows vary most, "sample" takes rows, "uniform"
+            draws them within `bounds`; an array (units, dims) gives them, units row by row. "auto" is "pca" where
+            `fit` starts, and "uniform" where `partial_fit` or `learn_one` do, since they know no table.
+        epochs: passes of `fit` over the rows, in a new random order each; None is as many as make 500 inputs a unit.
         dtype: precision, "float64" or "float32".
         missing: "error" refuses inputs with NaN; "ignore" uses the coordinates that were observed.
         random_state: seed or NumPy Generator of the start codes.
@@ -93,7 +104,7 @@ class DSOM(LatticeMap):
         (64, 2)
     """
 
-    COUNTERS = ("running_max_squared", "samples_seen")
+    COUNTERS = ("running_max_squared", "samples_seen", "elasticity")
     FIXED = (*LatticeMap.FIXED, "preset")
 
     def __init__(
@@ -104,8 +115,9 @@ class DSOM(LatticeMap):
         preset: str = "rougier",
         lattice: str = "rectangular",
         periodic: bool = False,
-        bounds: ArrayLike = (0, 1),
-        init: ArrayLike = "uniform",
+        bounds: ArrayLike | None = None,
+        init: ArrayLike = "auto",
+        epochs: int | None = None,
         dtype: str = "float64",
         missing: str = "error",
         random_state: int | np.random.Generator | None = None,
@@ -118,17 +130,32 @@ class DSOM(LatticeMap):
         self.periodic = periodic
         self.bounds = bounds
         self.init = init
+        self.epochs = epochs
         self.dtype = dtype
         self.missing = missing
         self.random_state = random_state
 
-    def _start(self, dims: int, rng: np.random.Generator) -> dict[str, Array]:
+    def _start_from(self, samples: Array, rng: np.random.Generator) -> dict[str, Array]:
         dsom_rule(self.preset, self.learning_rate, self.elasticity)
-        codes = start_codes(self.init, self.bounds, self._lattice_of_parameters().units, dims, rng)
-        return {"codebook": codes, "running_max_squared": np.array(0.0)}
+        codes = first_codes(self.init, self.bounds, self._lattice_of_parameters(), samples, rng)
+        return {"codebook": codes, "running_max_squared": np.array(0.0), "elasticity": np.array(0.0)}
 
     def _kernel_geometry(self, lattice: Lattice) -> Floats:
         return lattice.geometry(normalised=self._fixed["preset"] != "schillaci2016")
+
+    def _planned(self, samples: Array, rng: np.random.Generator) -> int:
+        if self.elasticity is None and self._fixed["preset"] == "rougier":
+            self._memory[2] = suited_elasticity(filled(samples), self._lattice, rng)
+        return super()._planned(samples, rng)
+
+    def _mend(self) -> str:
+        return f"{super()._mend()}, or lower the elasticity, which is {self.elasticity_:.3g} and holds units together"
+
+    @property
+    def elasticity_(self) -> float:
+        """The elasticity that the map learns with: the one that is set, chosen by `fit`, or the preset's."""
+        check_is_fitted(self)
+        return float(self._for_kernel()[-1][1])
 
     def _run(self, samples: Array, find: bool) -> tuple[int, int, float]:
         codes, geometry, missing, memory, work, rule = self._for_kernel()
@@ -136,7 +163,10 @@ class DSOM(LatticeMap):
 
     def _for_kernel(self) -> tuple[Any, ...]:
         """What `learn_dsom` takes: codes, geometry, missing, memory, work and rule."""
-        sheet, rule = self._sheet, dsom_rule(self._fixed["preset"], self.learning_rate, self.elasticity)
+        sheet, elasticity = self._sheet, self.elasticity
+        if elasticity is None and self._memory[2]:
+            elasticity = float(self._memory[2])
+        rule = dsom_rule(self._fixed["preset"], self.learning_rate, elasticity)
         return sheet.codes, self._geometry, self._allows_missing(), self._memory, sheet.work, rule
 
     def for_kernel(self) -> tuple[Any, ...] | None:
@@ -148,6 +178,29 @@ class DSOM(LatticeMap):
     def sheet(self) -> Sheet:
         """The codes as kernels take them, the map's own."""
         return self._sheet
+
+
+def suited_elasticity(table: Floats, lattice: Lattice, rng: np.random.Generator) -> float:
+    r"""The elasticity with which a map of the preset `rougier` is ordered on a table (n, dims) and does not collapse.
+
+    In equation 2 the neighbourhood has the radius :math:`\eta \delta`, with :math:`\delta = \|v - w_s\|_\Omega`. Here
+    it spans `SPAN` cells of the lattice for the inputs that move the map: inputs move it in proportion to
+    :math:`\delta^2`, so that theirs is the mean :math:`\langle \delta^3 \rangle / \langle \delta^2 \rangle`. Where a
+    few inputs are far from all others it is large, and the elasticity small.
+
+    As many rows as there are units (half of the rows, if there are fewer) stand for the codes. Above `MOST_ELASTIC`
+    lattices of two axes twist or collapse on any data.
+    """
+    rows = table[rng.permutation(len(table))[: 2 * MOST_ROWS]]
+    cut = max(min(lattice.units, len(rows) // 2), 1)
+    if cut == len(rows):
+        return DEFAULTS["rougier"][1]
+    distances = pairwise_distances(rows[cut:], rows[:cut])
+    nearest, farthest = distances.min(axis=1), float(distances.max())
+    if not nearest.any():
+        return DEFAULTS["rougier"][1]
+    moving = float((nearest**3).sum() / (nearest**2).sum()) / farthest
+    return min(SPAN * float(lattice.geometry(normalised=True)[:, 1].mean()) / moving, MOST_ELASTIC)
 
 
 class DSOMRule(NamedTuple):

@@ -62,6 +62,7 @@ class EvolvingSOM(GraphMap):
         learning_rate: :math:`\gamma`, in (0, 1].
         prune_every: :math:`T`, inputs from one removed edge to the next.
         max_units: most units that there may be, at least 1.
+        epochs: passes of `fit` over the rows, in a new random order each.
         dtype: precision, "float64" or "float32".
         missing: "error" refuses inputs with NaN; "ignore" uses the coordinates that were observed. A new unit takes
             the others from the winner; the first one is 0 there.
@@ -87,6 +88,7 @@ class EvolvingSOM(GraphMap):
         learning_rate: float = 0.05,
         prune_every: int = 100,
         max_units: int = 1000,
+        epochs: int = 10,
         dtype: str = "float64",
         missing: str = "error",
         random_state: int | np.random.Generator | None = None,
@@ -95,13 +97,14 @@ class EvolvingSOM(GraphMap):
         self.learning_rate = learning_rate
         self.prune_every = prune_every
         self.max_units = max_units
+        self.epochs = epochs
         self.dtype = dtype
         self.missing = missing
         self.random_state = random_state
 
-    def _start(self, dims: int, rng: np.random.Generator) -> dict[str, Array]:
+    def _start_from(self, samples: Array, rng: np.random.Generator) -> dict[str, Array]:
         self._parameters()
-        return self._edgeless(np.empty((0, dims)))
+        return self._edgeless(np.empty((0, samples.shape[1])))
 
     def _learn_from(self, samples: Array, start: int) -> tuple[int, int]:
         return learn_evolving_som(self._net, self._allows_missing(), samples, start, self._parameters())

@@ -27,8 +27,8 @@ RANGES = {"ages": (0, 2**30), "fade": (LEAST_FADE, 1.0)}  # what is restored bes
 class GraphMap(CompiledMap):
     """A compiled map of units that come and go, joined by edges, in a `Net`.
 
-    A concrete map gives `_start` and `_learn_from`, and names in `VALUES` what a unit remembers beside its code. Where
-    a unit is removed, the last one takes its number.
+    A concrete map gives `_start_from` and `_learn_from`, and names in `VALUES` what a unit remembers beside its code.
+    Where a unit is removed, the last one takes its number.
     """
 
     VALUES: ClassVar[tuple[str, ...]] = ()

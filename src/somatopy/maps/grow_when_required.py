@@ -79,6 +79,7 @@ class GrowWhenRequired(GraphMap):
         alpha: :math:`\alpha`, over 0.
         stimulus: :math:`S`, over 0 and at most :math:`\alpha`.
         max_units: most units that there may be, at least 2.
+        epochs: passes of `fit` over the rows, in a new random order each.
         dtype: precision of codes, "float64" or "float32".
         missing: "error" refuses inputs with NaN; "ignore" uses the coordinates that were observed. A new unit takes
             the others from the winner; the first one is 0 there.
@@ -107,6 +108,7 @@ class GrowWhenRequired(GraphMap):
         alpha: float = 1.05,
         stimulus: float = 1.0,
         max_units: int = 1000,
+        epochs: int = 10,
         dtype: str = "float64",
         missing: str = "error",
         random_state: int | np.random.Generator | None = None,
@@ -121,13 +123,14 @@ class GrowWhenRequired(GraphMap):
         self.alpha = alpha
         self.stimulus = stimulus
         self.max_units = max_units
+        self.epochs = epochs
         self.dtype = dtype
         self.missing = missing
         self.random_state = random_state
 
-    def _start(self, dims: int, rng: np.random.Generator) -> dict[str, Array]:
+    def _start_from(self, samples: Array, rng: np.random.Generator) -> dict[str, Array]:
         self._parameters()
-        return self._edgeless(np.empty((0, dims)))
+        return self._edgeless(np.empty((0, samples.shape[1])))
 
     def _learn_from(self, samples: Array, start: int) -> tuple[int, int]:
         return learn_grow_when_required(self._net, self._allows_missing(), samples, start, self._parameters())

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from somatopy._jit import jit
+from somatopy.maps.first_codes import first_codes
 from somatopy.maps.graph_kernels import (
     NEW,
     SEEN,
@@ -28,7 +29,7 @@ from somatopy.maps.graph_kernels import (
 )
 from somatopy.maps.graph_map import GraphMap
 from somatopy.maps.kernels import all_usable, read_sample
-from somatopy.maps.start import check_number, check_units, remembered, start_codes
+from somatopy.maps.start import check_number, check_units, remembered
 
 __all__ = ["GrowingNeuralGas"]
 
@@ -82,8 +83,12 @@ class GrowingNeuralGas(GraphMap):
         decay: :math:`d`, in (0, 1]: what is left of all errors after an input.
         utility: :math:`k`, over 0; None never removes a unit for its utility. A small one forgets faster.
         max_units: most units that there may be, at least 2.
-        bounds: range (low, high) of the two start codes, for all dimensions or one pair for each, shape (dims, 2).
-        init: "uniform" draws the start codes within `bounds`; an array (2, dims) gives them.
+        bounds: range (low, high) in which start codes are drawn, for all dimensions or one pair for each, shape
+            (dims, 2); None is the range of the rows where `fit` starts, and 0 to 1 otherwise.
+        init: "sample" takes rows as start codes, "uniform" draws them within `bounds`; an array (2, dims) gives
+            them. "auto" is "sample" where `fit` starts, and "uniform" where `partial_fit` or `learn_one` do, since they
+            know no table.
+        epochs: passes of `fit` over the rows, in a new random order each.
         dtype: precision of codes, "float64" or "float32".
         missing: "error" refuses inputs with NaN; "ignore" uses the coordinates that were observed.
         random_state: seed or NumPy Generator of the start codes.
@@ -112,8 +117,9 @@ class GrowingNeuralGas(GraphMap):
         decay: float = 0.995,
         utility: float | None = None,
         max_units: int = 1000,
-        bounds: ArrayLike = (0, 1),
-        init: ArrayLike = "uniform",
+        bounds: ArrayLike | None = None,
+        init: ArrayLike = "auto",
+        epochs: int = 10,
         dtype: str = "float64",
         missing: str = "error",
         random_state: int | np.random.Generator | None = None,
@@ -128,13 +134,14 @@ class GrowingNeuralGas(GraphMap):
         self.max_units = max_units
         self.bounds = bounds
         self.init = init
+        self.epochs = epochs
         self.dtype = dtype
         self.missing = missing
         self.random_state = random_state
 
-    def _start(self, dims: int, rng: np.random.Generator) -> dict[str, Array]:
+    def _start_from(self, samples: Array, rng: np.random.Generator) -> dict[str, Array]:
         self._parameters()
-        return self._edgeless(start_codes(self.init, self.bounds, 2, dims, rng))
+        return self._edgeless(first_codes(self.init, self.bounds, 2, samples, rng))
 
     def _learn_from(self, samples: Array, start: int) -> tuple[int, int]:
         return learn_growing_neural_gas(self._net, self._allows_missing(), samples, start, self._parameters())

@@ -135,12 +135,13 @@ class Lattice:
     def _apart(self, a: Integers, b: Integers) -> Floats:
         steps = np.abs(self.positions[a] - self.positions[b])
         if self.periodic:
-            steps = np.minimum(steps, np.array(self.shape) * self._cell - steps)
+            steps = np.minimum(steps, np.array(self.shape) * self.cell - steps)
         apart: Floats = np.sqrt((steps**2).sum(axis=-1))
         return apart
 
     @property
-    def _cell(self) -> Floats:
+    def cell(self) -> Floats:
+        """Distance between rows of units along each axis, shape (axes,)."""
         return np.array([ROW_HEIGHT, 1.0]) if self.hexagonal else np.ones(len(self.shape))
 
     def geometry(self, *, normalised: bool = False) -> Floats:
@@ -153,7 +154,7 @@ class Lattice:
                 alike; cells otherwise.
         """
         kept = np.ones(2, dtype=bool) if self.hexagonal else np.array(self.shape) > 1
-        spacing = self._cell
+        spacing = self.cell
         if normalised and self.hexagonal:
             spacing = spacing / max(self._diameter, 1.0)
         elif normalised:

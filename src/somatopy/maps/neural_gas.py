@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from somatopy._jit import jit
+from somatopy.maps.first_codes import first_codes
 from somatopy.maps.kernels import all_usable, nearest_now, read_sample, squared_distances
-from somatopy.maps.sheet import SheetMap
-from somatopy.maps.start import NEGLIGIBLE, Fading, check_units, faded, fading_rule, start_codes
+from somatopy.maps.sheet import FadingMap
+from somatopy.maps.start import NEGLIGIBLE, Fading, check_units, faded, fading_rule
 
 __all__ = ["NeuralGas"]
 
@@ -23,7 +24,7 @@ U = np.uint64  # unsigned indices spare the compiler Python's meaning of negativ
 BLOCK = U(96)
 
 
-class NeuralGas(SheetMap):
+class NeuralGas(FadingMap):
     r"""Neural gas: units without a lattice, which move by their rank among the units nearest to the input.
 
     For each input :math:`v`, with :math:`k_i` the number of units nearer to it than unit :math:`i`, all codes move by
@@ -33,7 +34,9 @@ class NeuralGas(SheetMap):
 
     Learning rate :math:`\varepsilon` and width :math:`\lambda` fade from a first value :math:`a` to a last one
     :math:`b` as :math:`a (b / a)^{t / T}` with the number :math:`t` of inputs seen so far, and stay there from the
-    horizon :math:`T` on: `partial_fit` goes on where learning stands. Of units equally near, the first ranks first.
+    horizon :math:`T` on: `partial_fit` goes on where learning stands. Where `fit` starts, :math:`T` is the number of
+    inputs that it learns, so that both are at their last values when it ends. Of units equally near, the first ranks
+    first.
 
     Source: T. Martinetz, K. Schulten, A "neural-gas" network learns topologies, Artificial Neural Networks, 1991;
     T. Martinetz, S. Berkovich, K. Schulten, IEEE Transactions on Neural Networks 4(4), 1993.
@@ -42,9 +45,13 @@ class NeuralGas(SheetMap):
         units: how many.
         learning_rate: :math:`\varepsilon`, in (0, 1]: a pair (first, last), or one number that does not fade.
         width: :math:`\lambda`, ranks: a pair (first, last), or one number that does not fade.
-        horizon: :math:`T`, inputs over which both fade.
-        bounds: range (low, high) of the start codes, for all dimensions or one pair for each, shape (dims, 2).
-        init: "uniform" draws the start codes within `bounds`; an array (units, dims) gives them.
+        horizon: :math:`T`, inputs over which both fade where `partial_fit` or `learn_one` start.
+        bounds: range (low, high) in which start codes are drawn, for all dimensions or one pair for each, shape
+            (dims, 2); None is the range of the rows where `fit` starts, and 0 to 1 otherwise.
+        init: "sample" takes rows as start codes, "uniform" draws them within `bounds`; an array (units, dims) gives
+            them. "auto" is "sample" where `fit` starts, and "uniform" where `partial_fit` or `learn_one` do, since they
+            know no table.
+        epochs: passes of `fit` over the rows, in a new random order each; None is as many as make 500 inputs a unit.
         dtype: precision, "float64" or "float32".
         missing: "error" refuses inputs with NaN; "ignore" uses the coordinates that were observed.
         random_state: seed or NumPy Generator of the start codes.
@@ -64,8 +71,9 @@ class NeuralGas(SheetMap):
         learning_rate: float | tuple[float, float] = (0.5, 0.005),
         width: float | tuple[float, float] = (10.0, 0.01),
         horizon: float = 20_000,
-        bounds: ArrayLike = (0, 1),
-        init: ArrayLike = "uniform",
+        bounds: ArrayLike | None = None,
+        init: ArrayLike = "auto",
+        epochs: int | None = None,
         dtype: str = "float64",
         missing: str = "error",
         random_state: int | np.random.Generator | None = None,
@@ -76,14 +84,15 @@ class NeuralGas(SheetMap):
         self.horizon = horizon
         self.bounds = bounds
         self.init = init
+        self.epochs = epochs
         self.dtype = dtype
         self.missing = missing
         self.random_state = random_state
 
-    def _start(self, dims: int, rng: np.random.Generator) -> dict[str, Array]:
+    def _start_from(self, samples: Array, rng: np.random.Generator) -> dict[str, Array]:
         check_units("units", self.units)
         fading_rule(self.learning_rate, self.width, self.horizon)
-        return {"codebook": start_codes(self.init, self.bounds, self.units, dims, rng)}
+        return {"codebook": first_codes(self.init, self.bounds, self.units, samples, rng), "horizon": np.array(0.0)}
 
     def _units_in_a_row(self, units: int) -> int:
         return units
@@ -97,7 +106,7 @@ class NeuralGas(SheetMap):
             self._memory,
             sheet.work,
             samples,
-            fading_rule(self.learning_rate, self.width, self.horizon),
+            fading_rule(self.learning_rate, self.width, self._fades_over),
             find,
         )
 

@@ -7,7 +7,7 @@ that are not on a lattice where their codes are.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import ceil, sqrt
+from math import sqrt
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,20 +15,22 @@ from matplotlib import colormaps
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import Normalize
 from matplotlib.ticker import MaxNLocator
-from matplotlib.transforms import Bbox
 from mpl_toolkits.mplot3d.art3d import Line3DCollection  # type: ignore[import-untyped]
 from numpy.typing import ArrayLike, NDArray
 from sklearn.exceptions import NotFittedError
+from sklearn.utils.validation import check_consistent_length
 
 from somatopy.maps.base import Map, Topology
+from somatopy.maps.columns import chosen_columns, column_names
 from somatopy.maps.lattice import ROW_HEIGHT, Lattice
+from somatopy.maps.picture_axes import Beside, enough_axes, labelled, new_axes, plane, space
 from somatopy.maps.quality import History, winner_counts
 from somatopy.maps.quality.looking import codes_of, topology_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["codebook", "component_plane", "component_planes", "growth", "hit_map", "u_matrix"]
+__all__ = ["codebook", "component_plane", "component_planes", "growth", "hit_map", "hit_maps", "u_matrix"]
 
 Floats = NDArray[np.float64]
 
@@ -66,17 +68,17 @@ def u_matrix(trained: Map, ax: Axes | None = None) -> Axes:
     _check_drawable(topology, codes)
     lengths = np.linalg.norm(codes[edges[:, 0]] - codes[edges[:, 1]], axis=1)
     if not isinstance(topology, Lattice):
-        return _coloured_edges(ax, codes, edges, lengths, label)
+        return _coloured_edges(ax, trained, edges, lengths, label)
     degrees = np.bincount(edges.ravel(), minlength=len(codes))
     return _cells(ax, topology, np.bincount(edges.ravel(), np.repeat(lengths, 2), len(codes)) / degrees, label)
 
 
-def component_plane(trained: Map, dim: int, ax: Axes | None = None) -> Axes:
+def component_plane(trained: Map, dim: int | str, ax: Axes | None = None) -> Axes:
     """Draw one dimension of all codes: where on the map it is large and where it is small.
 
     Args:
         trained: a map on a lattice of one or two axes; units that are not on a lattice are drawn at their codes.
-        dim: the dimension, from 0.
+        dim: the dimension, from 0, or the name of its column, where the map has learned a table with names.
         ax: where to draw.
 
     Raises:
@@ -84,8 +86,8 @@ def component_plane(trained: Map, dim: int, ax: Axes | None = None) -> Axes:
             have one dimension.
     """
     codes = _codes(trained)
-    _check_dims(codes, (dim,))
-    return _units(trained, ax, codes[:, dim], f"dimension {dim}")
+    (chosen,) = chosen_columns(trained, (dim,))
+    return _units(trained, ax, codes[:, chosen], column_names(trained)[chosen])
 
 
 def component_planes(trained: Map, axes: Any = None) -> NDArray[Any]:
@@ -104,9 +106,7 @@ def component_planes(trained: Map, axes: Any = None) -> NDArray[Any]:
     codes = _codes(trained)
     _check_drawable(getattr(trained, "topology_", None), codes)
     dims = codes.shape[1]
-    drawn = _new_axes(dims) if axes is None else np.array(axes, dtype=object).ravel()
-    if len(drawn) < dims:
-        raise ValueError(f"{dims} dimensions need as many axes; got {len(drawn)}")
+    drawn = enough_axes(axes, dims, "dimensions")
     return np.array([component_plane(trained, dim, drawn[dim]) for dim in range(dims)], dtype=object)
 
 
@@ -121,26 +121,55 @@ def hit_map(trained: Map, X: ArrayLike, ax: Axes | None = None) -> Axes:
     return _units(trained, ax, counts, "inputs won" if counts.all() else "inputs won (grey: none)", least=1)
 
 
-def codebook(trained: Map, ax: Axes | None = None, dims: Sequence[int] = (0, 1), X: ArrayLike | None = None) -> Axes:
+def hit_maps(trained: Map, X: ArrayLike, y: ArrayLike, axes: Any = None) -> NDArray[Any]:
+    """Draw, for each class, how many of its inputs each unit wins, in the same colours; units that win none are grey.
+
+    Args:
+        trained: a map, as for `hit_map`.
+        X: inputs, shape (n, dims).
+        y: the class of each, shape (n,).
+        axes: as many axes as there are classes, in any array; None makes them.
+
+    Returns:
+        The axes, shape (classes,), in rising order of the classes, which are their titles.
+
+    Raises:
+        ValueError: if X and y are not equally long, or there are fewer axes than classes; and as for `hit_map`.
+    """
+    check_consistent_length(X, y)
+    classes, which = np.unique(np.asarray(y), return_inverse=True)
+    units, winners = len(_codes(trained)), trained.predict(X)
+    _check_drawable(getattr(trained, "topology_", None), _codes(trained))
+    drawn = enough_axes(axes, len(classes), "classes")
+    counts = [np.bincount(winners[which == place], minlength=units) for place in range(len(classes))]
+    most = max(int(count.max()) for count in counts)
+    for panel, name, count in zip(drawn, classes, counts, strict=True):
+        _units(trained, panel, count, "inputs won (grey: none)", least=1, most=most).set_title(str(name))
+    return drawn
+
+
+def codebook(
+    trained: Map, ax: Axes | None = None, dims: Sequence[int | str] = (0, 1), X: ArrayLike | None = None
+) -> Axes:
     """Draw the codes in input space, with the edges between neighbours if the map has a topology.
 
     Args:
         trained: a map of any kind.
         ax: where to draw; three dimensions need axes with projection="3d".
-        dims: two or three dimensions of the input space.
+        dims: two or three dimensions of the input space, numbers from 0 or names of columns.
         X: inputs to draw beneath, shape (n, n_features_in_); those that miss a chosen dimension are left out.
 
     Raises:
         ValueError: if there are no such dimensions, the axes do not have as many, or X does not fit.
     """
-    chosen, codes = np.ravel(dims).tolist(), _codes(trained)
-    if len(chosen) not in (2, 3):
+    asked, codes = np.array(dims, dtype=object).ravel().tolist(), _codes(trained)
+    if len(asked) not in (2, 3):
         raise ValueError(f"dims must be two or three dimensions; got {dims!r}")
-    _check_dims(codes, chosen)
+    chosen = chosen_columns(trained, asked)
     inputs = np.asarray(codes[:0] if X is None else X, dtype=np.float64)
     if inputs.ndim != 2 or inputs.shape[1] != codes.shape[1]:
         raise ValueError(f"X must have shape (n, {codes.shape[1]}) for this map; got {inputs.shape}")
-    axes: Any = _plane(ax) if len(chosen) == 2 else _space(ax)
+    axes: Any = plane(ax) if len(chosen) == 2 else space(ax)
     if len(inputs):
         axes.scatter(*inputs[:, chosen].T, s=_size(len(inputs)), color=INPUT, linewidths=0, rasterized=True, zorder=1)
     points = codes[:, chosen]
@@ -148,7 +177,7 @@ def codebook(trained: Map, ax: Axes | None = None, dims: Sequence[int] = (0, 1),
         edges = _lines(points[trained.topology_.edges], linewidths=_width(len(points)), colors=EDGE, zorder=2)
         axes.add_collection(edges, autolim=False)  # the points at their ends set the limits, in space too
     axes.scatter(*points.T, s=_size(len(points)), color=UNIT, linewidths=0, rasterized=True, zorder=3)
-    return _labelled(axes, chosen)
+    return labelled(axes, trained, chosen)
 
 
 def growth(history: History, axes: Any = None) -> NDArray[Any]:
@@ -173,7 +202,7 @@ def growth(history: History, axes: Any = None) -> NDArray[Any]:
         >>> units.get_ylabel()
         'units'
     """
-    drawn = _new_axes(2, columns=1, sharex=True) if axes is None else np.array(axes, dtype=object).ravel()
+    drawn = new_axes(2, columns=1, sharex=True) if axes is None else np.array(axes, dtype=object).ravel()
     if len(drawn) != 2:
         raise ValueError(f"growth needs two axes, for error and units; got {len(drawn)}")
     above, below = drawn
@@ -190,28 +219,42 @@ def growth(history: History, axes: Any = None) -> NDArray[Any]:
 # Values as colours
 
 
-def _units(trained: Map, ax: Axes | None, values: NDArray[Any], label: str, least: float = -np.inf) -> Axes:
+def _units(
+    trained: Map,
+    ax: Axes | None,
+    values: NDArray[Any],
+    label: str,
+    least: float = -np.inf,
+    most: float | None = None,
+) -> Axes:
     """Colour each unit by its value, grey below `least`: cells of a lattice, else points at the codes."""
     topology, places = getattr(trained, "topology_", None), _codes(trained)[:, :2]
     _check_drawable(topology, places)
     if isinstance(topology, Lattice):
-        return _cells(ax, topology, values, label, least)
-    axes, width, size = _plane(ax), _width(len(places)), 4 * _size(len(places))
+        return _cells(ax, topology, values, label, least, most)
+    axes, width, size = plane(ax), _width(len(places)), 4 * _size(len(places))
     if topology is not None:
         axes.add_collection(_lines(places[topology.edges], linewidths=width, colors=NONE, zorder=1), autolim=False)
-    options = {"linewidths": 0, "rasterized": True, "zorder": 2, **_scale(values, least)}
+    options = {"linewidths": 0, "rasterized": True, "zorder": 2, **_scale(values, least, most)}
     points = axes.scatter(places[:, 0], places[:, 1], size, values, **options)
-    return _labelled(_with_bar(axes, points, label), (0, 1))
+    return labelled(_with_bar(axes, points, label), trained, (0, 1))
 
 
-def _cells(ax: Axes | None, lattice: Lattice, values: NDArray[Any], label: str, least: float = -np.inf) -> Axes:
+def _cells(
+    ax: Axes | None,
+    lattice: Lattice,
+    values: NDArray[Any],
+    label: str,
+    least: float = -np.inf,
+    most: float | None = None,
+) -> Axes:
     """Colour each cell of a lattice by its value, grey below `least`."""
-    axes, (rows, columns) = _plane(ax), (1, *lattice.shape)[-2:]
+    axes, (rows, columns) = plane(ax), (1, *lattice.shape)[-2:]
     if lattice.hexagonal:
-        cells: Any = _hexagons(axes, lattice, values, **_scale(values, least))
+        cells: Any = _hexagons(axes, lattice, values, **_scale(values, least, most))
     else:
         borders = np.arange(columns + 1) - 0.5, np.arange(rows + 1) - 0.5
-        cells = axes.pcolormesh(*borders, values.reshape(rows, columns), rasterized=True, **_scale(values, least))
+        cells = axes.pcolormesh(*borders, values.reshape(rows, columns), rasterized=True, **_scale(values, least, most))
     _numbered(axes, lattice, rows, columns)
     return _with_bar(axes, cells, label, "horizontal" if rows == 1 else "vertical")
 
@@ -246,18 +289,19 @@ def _ticks(count: int) -> NDArray[np.int64]:
     return np.unique(ticks[(ticks >= 0) & (ticks < count)].astype(np.int64))
 
 
-def _coloured_edges(ax: Axes | None, codes: Floats, edges: NDArray[np.int64], lengths: Floats, label: str) -> Axes:
+def _coloured_edges(ax: Axes | None, trained: Map, edges: NDArray[np.int64], lengths: Floats, label: str) -> Axes:
     """Draw edges at their units' codes, coloured by length."""
+    codes = _codes(trained)
     width = 1.5 * _width(len(codes))
-    axes, lines = _plane(ax), _lines(codes[edges][:, :, :2], linewidths=width, array=lengths, **_scale(lengths))
+    axes, lines = plane(ax), _lines(codes[edges][:, :, :2], linewidths=width, array=lengths, **_scale(lengths))
     axes.add_collection(lines)
     axes.autoscale_view()
-    return _labelled(_with_bar(axes, lines, label), (0, 1))
+    return labelled(_with_bar(axes, lines, label), trained, (0, 1))
 
 
-def _scale(values: NDArray[Any], least: float = -np.inf) -> dict[str, Any]:
-    """Colours from the least value, or `least`, to the greatest."""
-    low, high = max(values.min(), least), values.max()
+def _scale(values: NDArray[Any], least: float = -np.inf, most: float | None = None) -> dict[str, Any]:
+    """Colours from the least value, `least` at least, to the greatest; from `least` to `most`, if that is given."""
+    low, high = (max(values.min(), least), values.max()) if most is None else (least, most)
     return {"cmap": colormaps[COLOURS].with_extremes(under=NONE), "norm": Normalize(low, max(low, high))}
 
 
@@ -266,70 +310,8 @@ def _with_bar(axes: Axes, drawn: Any, label: str, orientation: str = "vertical")
     ticks = MaxNLocator("auto", steps=[1, 2, 5, 10], integer=drawn.get_array().dtype.kind == "i")
     bar: Any = axes.figure.colorbar(drawn, ax=axes, label=label, orientation=orientation, ticks=ticks)
     bar.outline.set_visible(False)
-    bar.ax.set_axes_locator(_Beside(axes, bar.ax))
+    bar.ax.set_axes_locator(Beside(axes, bar.ax))
     return axes
-
-
-class _Beside:
-    """Keeps a colour bar as long as its axes, also where an equal aspect makes them smaller than their place."""
-
-    def __init__(self, axes: Axes, bar: Axes) -> None:
-        self.axes, self.bar = axes, bar
-
-    def __call__(self, bar: Axes, renderer: Any) -> Bbox:
-        place, box, own = self.axes.get_position(True), self.axes.get_position(), bar.get_position(True)
-        # there is room for any thickness: the bar takes what goes with its length
-        if own.x0 >= place.x1:
-            return Bbox.from_bounds(own.x0, box.y0, place.width, box.height)
-        return Bbox.from_bounds(box.x0, own.y1 - place.height, box.width, place.height)
-
-    def get_subplotspec(self) -> Any:
-        """What tight_layout asks a locator for."""
-        return self.bar.get_subplotspec()
-
-
-# Axes
-
-
-def _plane(ax: Axes | None) -> Axes:
-    if ax is None:
-        drawn: Axes = _new_axes(1)[0]
-        return drawn
-    if ax.name == "3d":
-        raise ValueError("two dimensions need plain axes, as figure.add_subplot() makes; these are 3-D")
-    return ax
-
-
-def _space(ax: Axes | None) -> Axes:
-    if ax is None:
-        drawn: Axes = _new_axes(1, subplot_kw={"projection": "3d"})[0]
-        return drawn
-    if ax.name != "3d":
-        raise ValueError('three dimensions need axes that figure.add_subplot(projection="3d") makes; these are plain')
-    return ax
-
-
-def _new_axes(count: int, columns: int | None = None, **options: Any) -> NDArray[Any]:
-    """Axes in a new figure, in as many columns as rows or one more."""
-    from matplotlib import pyplot  # only here: it looks for a screen
-
-    columns = columns or ceil(sqrt(count))
-    rows = -(-count // columns)
-    size = (5.0, 4.2) if count == 1 else (3.4 * columns, 2.8 * rows)
-    figure = pyplot.figure(figsize=size, layout="constrained")
-    grid: NDArray[Any] = figure.subplots(rows, columns, squeeze=False, **options).ravel()
-    for spare in grid[count:]:
-        spare.remove()
-    return grid[:count]
-
-
-def _labelled(axes: Any, dims: Sequence[int]) -> Axes:
-    """Name the dimensions; what is equally far is drawn so, since that is how the map sees it."""
-    for axis, dim in zip("xyz", dims, strict=False):
-        axes.set(**{f"{axis}label": f"dimension {dim}"})
-    axes.set_aspect("equal", adjustable="box")  # limits stay the caller's to set, and axes may share them
-    labelled: Axes = axes
-    return labelled
 
 
 # Codes
@@ -356,13 +338,6 @@ def _check_drawable(topology: Topology | None, codes: Floats) -> None:
             "units that are not on a lattice are drawn at dimensions 0 and 1 of their codes; these codes have one "
             "dimension"
         )
-
-
-def _check_dims(codes: Floats, dims: Sequence[Any]) -> None:
-    valid = range(codes.shape[1])
-    for dim in dims:
-        if isinstance(dim, bool) or not isinstance(dim, (int, np.integer)) or dim not in valid:
-            raise ValueError(f"there is no dimension {dim!r}: the codes have dimensions 0 to {valid[-1]}")
 
 
 # Sizes

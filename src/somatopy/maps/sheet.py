@@ -14,7 +14,7 @@ from somatopy.maps.compiled import CompiledMap
 from somatopy.maps.kernels import LANES, padded_dims
 from somatopy.maps.lattice import Lattice, check_shape
 
-__all__ = ["LatticeMap", "Sheet", "SheetMap"]
+__all__ = ["FadingMap", "LatticeMap", "Sheet", "SheetMap"]
 
 Array = NDArray[Any]
 
@@ -54,7 +54,7 @@ class Sheet:
 class SheetMap(CompiledMap):
     """A compiled map whose number of units never changes; its codes lie in a `Sheet`.
 
-    A concrete map gives `_start`, `_units_in_a_row` and `_run`, and names in `COUNTERS` what its kernel remembers
+    A concrete map gives `_start_from`, `_units_in_a_row` and `_run`, and names in `COUNTERS` what its kernel remembers
     between inputs; these numbers are `self._memory`, in that order.
     """
 
@@ -86,6 +86,25 @@ class SheetMap(CompiledMap):
 
     def _codes(self) -> Array:
         return self._sheet.codebook
+
+
+class FadingMap(SheetMap):
+    """A map with a learning rate and a width that fade: over its parameter `horizon`, or over what `fit` learns.
+
+    The latter is kept as "horizon" in the state; it is 0 where the parameter counts.
+    """
+
+    COUNTERS = ("samples_seen", "horizon")
+    horizon: float
+
+    def _planned(self, samples: Array, rng: np.random.Generator) -> int:
+        passes = super()._planned(samples, rng)
+        self._memory[1] = passes * len(samples)
+        return passes
+
+    @property
+    def _fades_over(self) -> float:
+        return float(self._memory[1]) or self.horizon
 
 
 class LatticeMap(SheetMap):

@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from somatopy._jit import jit
+from somatopy.maps.first_codes import first_codes
 from somatopy.maps.kernels import all_usable, nearest_lane, nearest_now, read_sample, unit_at
 from somatopy.maps.lattice_kernels import LEAST, TABLES, pull_by_gaussian
-from somatopy.maps.sheet import LatticeMap
-from somatopy.maps.start import Fading, faded, fading_rule, remembered, start_codes
+from somatopy.maps.sheet import FadingMap, LatticeMap
+from somatopy.maps.start import Fading, faded, fading_rule, remembered
 
 __all__ = ["SOM"]
 
@@ -20,7 +21,7 @@ Array = NDArray[Any]
 Floats = NDArray[np.float64]
 
 
-class SOM(LatticeMap):
+class SOM(FadingMap, LatticeMap):
     r"""Self-organising map: a lattice that unfolds over its inputs while its neighbourhood shrinks.
 
     For each input :math:`v`, with the winner :math:`s` the unit nearest to it, all codes move by
@@ -30,7 +31,8 @@ class SOM(LatticeMap):
 
     with lattice positions :math:`p` in cells. Learning rate :math:`\varepsilon` and width :math:`\sigma` fade from a
     first value :math:`a` to a last one :math:`b` as :math:`a (b / a)^{t / T}` with the number :math:`t` of inputs seen
-    so far, and stay at the last one from the horizon :math:`T` on: `partial_fit` goes on where learning stands.
+    so far, and stay at the last one from the horizon :math:`T` on: `partial_fit` goes on where learning stands. Where
+    `fit` starts, :math:`T` is the number of inputs that it learns, so that both are at their last values when it ends.
 
     Source: T. Kohonen, Self-organized formation of topologically correct feature maps, Biological Cybernetics 43, 1982;
     the Gaussian and the fading as in H. Ritter, T. Martinetz, K. Schulten, Neural Computation and Self-Organizing Maps,
@@ -41,22 +43,27 @@ class SOM(LatticeMap):
         learning_rate: :math:`\varepsilon`, in (0, 1]: a pair (first, last), or one number that does not fade.
         width: :math:`\sigma`, cells: a pair (first, last), or one number that does not fade; None goes from half the
             longest axis to half a cell.
-        horizon: :math:`T`, inputs over which both fade.
+        horizon: :math:`T`, inputs over which both fade where `partial_fit` or `learn_one` start.
         lattice: "rectangular" or "hexagonal"; see `Lattice`.
         periodic: whether opposite borders of the lattice touch.
-        bounds: range (low, high) of the start codes, for all dimensions or one pair for each, shape (dims, 2).
-        init: "uniform" draws the start codes within `bounds`; an array (units, dims) gives them, units row by row.
+        bounds: range (low, high) in which start codes are drawn, for all dimensions or one pair for each, shape
+            (dims, 2); None is the range of the rows where `fit` starts, and 0 to 1 otherwise.
+        init: "pca" spreads the start codes over the plane in which the rows vary most, "sample" takes rows, "uniform"
+            draws them within `bounds`; an array (units, dims) gives them, units row by row. "auto" is "pca" where
+            `fit` starts, and "uniform" where `partial_fit` or `learn_one` do, since they know no table.
+        epochs: passes of `fit` over the rows, in a new random order each; None is as many as make 500 inputs a unit.
         dtype: precision, "float64" or "float32".
         missing: "error" refuses inputs with NaN; "ignore" uses the coordinates that were observed.
         random_state: seed or NumPy Generator of the start codes.
 
     Example:
-        >>> import numpy as np
-        >>> inputs = np.random.default_rng(0).random((5000, 2))
-        >>> som = SOM(shape=(8, 8), horizon=5000, random_state=0).partial_fit(inputs)
-        >>> unit, distance = som.winner([0.5, 0.5])
-        >>> distance < 0.1
+        >>> from sklearn.datasets import load_iris
+        >>> iris = load_iris(as_frame=True).data
+        >>> som = SOM(shape=(10, 10), random_state=0).fit(iris)
+        >>> som.score(iris) > -0.3  # cm from a flower to its unit, in the mean; a single unit is at best 1.9 away
         True
+        >>> som.predict(iris).shape, som.n_iter_
+        ((150,), 334)
     """
 
     def __init__(
@@ -67,8 +74,9 @@ class SOM(LatticeMap):
         horizon: float = 20_000,
         lattice: str = "rectangular",
         periodic: bool = False,
-        bounds: ArrayLike = (0, 1),
-        init: ArrayLike = "uniform",
+        bounds: ArrayLike | None = None,
+        init: ArrayLike = "auto",
+        epochs: int | None = None,
         dtype: str = "float64",
         missing: str = "error",
         random_state: int | np.random.Generator | None = None,
@@ -81,14 +89,20 @@ class SOM(LatticeMap):
         self.periodic = periodic
         self.bounds = bounds
         self.init = init
+        self.epochs = epochs
         self.dtype = dtype
         self.missing = missing
         self.random_state = random_state
 
-    def _start(self, dims: int, rng: np.random.Generator) -> dict[str, Array]:
+    def _start_from(self, samples: Array, rng: np.random.Generator) -> dict[str, Array]:
         lattice = self._lattice_of_parameters()
         som_rule(lattice.shape, self.learning_rate, self.width, self.horizon)
-        return {"codebook": start_codes(self.init, self.bounds, lattice.units, dims, rng)}
+        return {"codebook": first_codes(self.init, self.bounds, lattice, samples, rng), "horizon": np.array(0.0)}
+
+    def _neighbourhood(self, unit: int) -> Floats:
+        width = som_rule(self._lattice.shape, self.learning_rate, self.width, self.horizon)[3]
+        pulls: Floats = np.exp(-0.5 * (self._lattice.distances(unit) / width) ** 2)
+        return pulls
 
     def _run(self, samples: Array, find: bool) -> tuple[int, int, float]:
         sheet = self._sheet
@@ -99,7 +113,7 @@ class SOM(LatticeMap):
             self._memory,
             sheet.work,
             samples,
-            som_rule(self._lattice.shape, self.learning_rate, self.width, self.horizon),
+            som_rule(self._lattice.shape, self.learning_rate, self.width, self._fades_over),
             find,
         )
 

@@ -20,6 +20,7 @@ __all__ = [
     "faded",
     "fading",
     "fading_rule",
+    "ranges",
     "remembered",
     "start_codes",
 ]
@@ -47,7 +48,7 @@ def start_codes(init: ArrayLike, bounds: ArrayLike, units: int, dims: int, rng: 
     if isinstance(init, str):
         if init != "uniform":
             raise ValueError(f"init must be 'uniform' or an array (units, dims); got {init!r}")
-        low, high = _ranges(bounds, dims)
+        low, high = ranges(bounds, dims)
         return rng.uniform(low, high, (units, dims))
     codes = _numbers(init)
     if codes.shape != (units, dims):
@@ -65,15 +66,20 @@ def _numbers(values: ArrayLike) -> Floats:
         return np.array(np.nan)
 
 
-def _ranges(bounds: ArrayLike, dims: int) -> tuple[Floats, Floats]:
-    ranges = _numbers(bounds)
-    fits = ranges.shape in ((2,), (dims, 2)) and np.isfinite(ranges).all()
-    if not fits or not (ranges[..., 0] < ranges[..., 1]).all():
+def ranges(bounds: ArrayLike, dims: int) -> tuple[Floats, Floats]:
+    """Least and greatest value of all dimensions, or of each.
+
+    Raises:
+        ValueError: if bounds do not fit, or are not finite.
+    """
+    pairs = _numbers(bounds)
+    fits = pairs.shape in ((2,), (dims, 2)) and np.isfinite(pairs).all()
+    if not fits or not (pairs[..., 0] < pairs[..., 1]).all():
         raise ValueError(
             f"bounds must be finite (low, high) with low < high, or one such pair for each dimension, shape "
             f"({dims}, 2); got {bounds!r}"
         )
-    return ranges[..., 0], ranges[..., 1]
+    return pairs[..., 0], pairs[..., 1]
 
 
 def fading(name: str, value: Any, *, most: float = np.inf) -> tuple[float, float]:

@@ -151,7 +151,7 @@ BODIES = Kinds("body", default="mujoco")
 EYES = Kinds("eye", ("body",))
 BABBLERS = Kinds("babbler", ("arm", "start", "rng"), default="uniform")
 LEARNERS = Kinds("learner", ("robot", "rng"))
-MAPS = Kinds("map", default="dsom", kept=frozenset({"bounds", "init", "dtype", "missing", "random_state"}))
+MAPS = Kinds("map", default="dsom", kept=frozenset({"bounds", "init", "epochs", "dtype", "missing", "random_state"}))
 RULES = Kinds("rule", ("learning_rate",), default="positive")
 INTERVENTIONS = Kinds("intervention")
 #: All sorts of parts, by name.

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import warnings
+
 from sklearn import config_context
+from sklearn.exceptions import ConvergenceWarning
 
 from somatopy.contract import law
 from somatopy.maps.base import Map
@@ -33,6 +36,7 @@ _LAWS = (
     learning.learns_around_gaps,
     learning.returns_the_winner_of_gaps_too,
     learning.moves_only_what_was_observed,
+    learning.learns_tables,
     learning.computes_as_precisely_as_asked,
     learning.keeps_its_precision,
     keeping.stays_small,
@@ -55,7 +59,8 @@ def check_map(make: Make) -> None:
         >>> from somatopy.maps import DSOM
         >>> check_map(lambda: DSOM(shape=(4, 3)))
     """
-    with config_context(transform_output="default"):
+    with config_context(transform_output="default"), warnings.catch_warnings():
+        warnings.simplefilter("ignore", ConvergenceWarning)  # few inputs are learned, again and again
         _is_a_map(make)
         maps = Maps(make)
         for keeps in _LAWS:

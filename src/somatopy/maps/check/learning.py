@@ -21,6 +21,7 @@ __all__ = [
     "keeps_its_precision",
     "learns_around_gaps",
     "learns_in_any_pieces",
+    "learns_tables",
     "moves_only_what_was_observed",
     "owns_its_inputs",
     "refuses_before_anything_changes",
@@ -48,15 +49,35 @@ def learns_in_any_pieces(maps: Maps) -> None:
     """How inputs are handed over does not matter."""
     for missing, inputs in (("error", INPUTS), ("ignore", GAPPY)):
         with law(
-            f'partial_fit in any pieces, fit and repeated learn_one agree bit for bit (missing="{missing}")',
+            f'partial_fit in any pieces and repeated learn_one agree bit for bit (missing="{missing}")',
             "let each input learn from what the ones before it have left, and keep nothing of a call",
         ) as holds:
             whole = maps.taught(inputs, missing=missing)
             pieces = maps.taught(inputs[:7], missing=missing).partial_fit(inputs[7:8]).partial_fit(inputs[8:])
             ways = {"learn_one": maps.one_by_one(inputs, missing=missing), "partial_fit in pieces": pieces}
-            for way, learner in (ways | {"fit": maps.new(missing=missing).fit(inputs)}).items():
+            for way, learner in ways.items():
                 holds(same(learner.state(), whole.state()), "{} and partial_fit differ", way)
             holds(whole.samples_seen_ == len(inputs), "samples_seen_ {} of {}", whole.samples_seen_, len(inputs))
+
+
+def learns_tables(maps: Maps) -> None:
+    """fit is so many passes over the rows, from one seed one map."""
+    for missing, inputs in (("error", INPUTS), ("ignore", GAPPY)):
+        with law(
+            f'fit learns each row n_iter_ times, in an order of its seed, and tells the winners (missing="{missing}")',
+            "leave fit to Map; a parameter `epochs` says how many passes, None is as many as make 500 inputs a unit",
+        ) as holds:
+            fitted, again = (maps.new(missing=missing).fit(inputs.copy()) for _ in range(2))
+            holds(same(fitted.state(), again.state()), "two of one seed differ")
+            passes = fitted.n_iter_
+            holds(fitted.samples_seen_ == passes * len(inputs), "{} passes, {} inputs", passes, fitted.samples_seen_)
+            holds(same(fitted.labels_, fitted.predict(inputs)), "labels_ and predict differ")
+            holds(same(maps.new(missing=missing).fit_predict(inputs), fitted.labels_), "fit_predict and labels_ differ")
+            quantised = fitted.inverse_transform(fitted.transform(inputs))
+            holds(same(quantised, fitted.codebook_[fitted.labels_]), "inverse_transform gives other than the winners")
+            if "epochs" not in fitted.get_params():
+                whole = maps.taught(inputs, missing=missing)
+                holds(same(fitted.state(), whole.state()), "without `epochs` fit is one pass in order; it differs")
 
 
 def returns_the_winner_before_the_update(maps: Maps) -> None:
