@@ -3,8 +3,7 @@
 `learner_s.npz` is the beginning of a life in the mechanical range; `learner_s_hard.npz` goes on through a damage that
 permutes and shifts all arm joints, and through minutes without any sight of the hand, so that surprise, schema and
 being lost all act. Its sheet had 31 x 27 cells and a fixed reach, its pixels were divided by 100, it blurred the
-evidence by [1 2 1] / 4 on both axes before it chose, let bias learn from all moves, and its new units said nothing
-at first. Here blur stands in the test.
+evidence by [1 2 1] / 4 on both axes before it chose, and let bias learn from all moves. Here blur stands in the test.
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ from scipy.ndimage import convolve1d
 from somatopy.learners.best.action import best_gaze
 from somatopy.learners.best.directions import NEAREST, active, direction, powers
 from somatopy.learners.best.frame import PARTS, live
-from somatopy.learners.best.memory import HITS, INHERITED, SURPRISE, TURNS, UNITS, Memory, fresh
+from somatopy.learners.best.memory import HITS, SURPRISE, TURNS, UNITS, Memory, fresh
 from somatopy.learners.best.visibility import evidence
 from somatopy.percept import Camera, Floats, Robot, Space
 
@@ -32,7 +31,6 @@ def as_recorded(arm_limits: Floats, head_limits: Floats) -> Memory:
     arm, head = Space(tuple("abcd"), *arm_limits.T), Space(("yaw", "pitch"), *head_limits.T)
     memory = fresh(Robot({"arm": arm, "head": head}, ("head",), Camera("eye", 320, 240, fovy=0.83)))
     memory.numbers[TURNS] = 1e6  # its sheet is as large as it will be
-    memory.numbers[INHERITED] = 0.0
     return memory._replace(
         shape=np.array([31, 27]),
         reach=np.array([0.75, 0.65]),

@@ -10,8 +10,8 @@ import pytest
 from somatopy.clock import FRAME
 from somatopy.contract import size
 from somatopy.learners import BestLearner
-from somatopy.learners.best.directions import NEAREST, active, find_or_add
-from somatopy.learners.best.memory import MOST_UNITS, UNITS, fresh, spacing
+from somatopy.learners.best.directions import NEAREST, active
+from somatopy.learners.best.memory import MOST_UNITS, fresh, spacing
 from somatopy.learners.best.visibility import corners, evidence, fit_sheet
 from somatopy.percept import Camera, Floats, Percept, Robot, Sighting, Space
 
@@ -229,22 +229,3 @@ def test_before_the_first_hit_nothing_is_believed() -> None:
     """As nothing is known of where the hand is."""
     learner = BestLearner(robot(), np.random.default_rng(0))
     assert not learner.belief(np.zeros((2, 4)), [[0.0, 0.0], [1.0, 0.5]]).any()
-
-
-def test_a_new_unit_says_what_the_map_said_there() -> None:
-    """Direction and fields at its place are the same before and after it comes, with itself among the active units."""
-    memory, rng, n = fresh(robot()), np.random.default_rng(3), len(robot().arm)
-    index, share = np.empty(NEAREST, np.int64), np.empty(NEAREST)
-    for _ in range(60):
-        find_or_add(memory, rng.uniform(0, 1, n), True, index, share)
-    count = int(memory.numbers[UNITS])
-    for table in (memory.turns, memory.fields):
-        table[:count] = rng.normal(size=(count, table.shape[1]))
-    x = np.full(n, 1.4)  # farther from all than a unit's distance
-    found = active(memory.units, count, x, index, share)
-    said = [share[:found] @ table[index[:found]] for table in (memory.turns, memory.fields)]
-    find_or_add(memory, x, True, index, share)
-    assert memory.numbers[UNITS] == count + 1
-    np.testing.assert_allclose(memory.units[count], x)
-    for table, before in zip((memory.turns, memory.fields), said, strict=True):
-        np.testing.assert_allclose(table[count], before, rtol=1e-12)

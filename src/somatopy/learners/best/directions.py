@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from somatopy._jit import jit, jit_inlined
-from somatopy.learners.best.memory import FRAMES, INHERITED, MOST_UNITS, UNITS, UNUSED, Memory, spacing
+from somatopy.learners.best.memory import FRAMES, MOST_UNITS, UNITS, UNUSED, Memory, spacing
 from somatopy.percept import Floats, Ints
 
 __all__ = ["NEAREST", "active", "direction", "find_or_add", "learn_direction", "powers", "powers_turned"]
@@ -61,21 +61,14 @@ def active(units: Floats, count: int, x: Floats, index: Ints, share: Floats) -> 
 
 @jit
 def find_or_add(memory: Memory, x: Floats, may_add: bool, index: Ints, share: Floats) -> int:
-    """The active units at x. Far from all of them there is a new one first, if there may be.
-
-    A new unit says what the map said there before it came, so that a map that grows does not forget.
-    """
+    """The active units at x; far from all there is a new one there first, if there may be, which says nothing yet."""
     numbers = memory.numbers
     count = int(numbers[UNITS])
     found = active(memory.units, count, x, index, share) if count else 0
     if may_add and (found == 0 or _distance(memory.units[index[0]], x) > spacing(x.size)):
         place = count if count < MOST_UNITS else _longest_unused(memory)
         if place >= 0:
-            turn, field = np.zeros(memory.turns.shape[1]), np.zeros(memory.fields.shape[1])
-            for a in range(found):
-                turn += numbers[INHERITED] * share[a] * memory.turns[index[a]]
-                field += numbers[INHERITED] * share[a] * memory.fields[index[a]]
-            memory.units[place], memory.turns[place], memory.fields[place] = x, turn, field
+            memory.units[place], memory.turns[place], memory.fields[place] = x, 0.0, 0.0
             numbers[UNITS] = max(count, place + 1)
             found = active(memory.units, int(numbers[UNITS]), x, index, share)
     if found:

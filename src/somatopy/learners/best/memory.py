@@ -23,9 +23,8 @@ REACH_IN_SCALES = 1.5
 BIN = 0.1
 
 #: Where single numbers stand in `Memory.numbers`: units in use; frames and hits so far; kappa_e; fast and slow average
-#: of the error of direction; fast and slow average of hits; movements from which the pixel gain learned; the share of
-#: what the map said at a posture that a new unit there begins with, which is all of it.
-UNITS, FRAMES, HITS, SURPRISE, FAST_ERROR, SLOW_ERROR, FAST_SIGHT, SLOW_SIGHT, TURNS, INHERITED = range(10)
+#: of the error of direction; fast and slow average of hits; movements from which the pixel gain learned.
+UNITS, FRAMES, HITS, SURPRISE, FAST_ERROR, SLOW_ERROR, FAST_SIGHT, SLOW_SIGHT, TURNS = range(9)
 
 
 class Memory(NamedTuple):
@@ -110,8 +109,8 @@ def fresh(robot: Robot) -> Memory:
     first, last = np.rint(limits / BIN).astype(np.int64).T
     ends = np.empty((m, 2, int((last - first).max()) + 1))
     ends[:, 0], ends[:, 1] = -np.inf, np.inf
-    numbers = np.zeros(10)
-    numbers[[FAST_ERROR, SLOW_ERROR, INHERITED]] = 1.0
+    numbers = np.zeros(9)
+    numbers[[FAST_ERROR, SLOW_ERROR]] = 1.0
     return Memory(
         numbers=numbers,
         shift=np.zeros(n),
