@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 import re
 import sys
+import tomllib
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -119,7 +120,8 @@ ABLATIONS = {
     "no units' fields": "no units' fields w",
     "no shared sheet": "no shared sheet f",
     "misses teach nothing": "misses teach nothing",
-    "centres the hand": "looks at g + ε, without any visibility",
+    "centres the hand later": "looks at g + ε, without visibility and memory, once G has settled",
+    "centres the hand": "looks at g + ε, without visibility and memory, from the first frame on",
     "no working memory": "no working memory E",
     "no units' directions": "no units' directions b",
     "no polynomial": "no polynomial B",
@@ -261,10 +263,16 @@ SENTENCES = (
     ),
     missing("**The rule itself.** The paper's learner", "the paper's", END, HOUR),
     missing(
-        "**Directions alone.** A learner that looks at the hand's direction, and learns no visibility",
-        "centres the hand",
+        "**Directions alone.** If it forgets visibility and memory, and looks at g + eps, once G has settled",
+        "centres the hand later",
         END,
         HOUR,
+    ),
+    missing(
+        "If it knows no visibility and looks at g + eps from its first frame on",
+        "centres the hand",
+        SECOND,
+        "in minutes 5 to 10",
     ),
     missing("**What postures share.** Without the shared sheet", "no shared sheet", SECOND, "in minutes 5 to 10"),
     missing("At the end of the hour, without it", "no shared sheet", END, HOUR),
@@ -283,12 +291,17 @@ SENTENCES = (
 
 
 def cost(found: Found) -> str:
-    """What was run, and what it took."""
-    cells = {key: s for each in found.values() for key, s in zip(*columns(each, "key", "cpu_s"), strict=True)}
-    counts = ", ".join(
-        f"`studies/{name}.toml` {len(set(each.table['key'].to_pylist()))}" for name, each in found.items()
-    )
-    return f"\nCells so far: {counts}. They took {sum(cells.values()) / 60:.0f} minutes of a processor.\n\n"
+    """How much of what is planned has been run, and what that took."""
+    done = {name: len(set(result.table["key"].to_pylist())) for name, result in found.items()}
+    counts = ", ".join(f"{done.get(name, 0)} of {planned_cells(name)} of `studies/{name}.toml`" for name in NAMES)
+    spent = {key: s for one in found.values() for key, s in zip(*columns(one, "key", "cpu_s"), strict=True)}
+    return f"\nCells that have been run: {counts}. They took {sum(spent.values()) / 60:.1f} minutes of a processor.\n\n"
+
+
+def planned_cells(name: str) -> int:
+    """Pairs of condition and seed in a study file."""
+    plan = tomllib.loads((STUDIES / f"{name}.toml").read_text(encoding="utf-8"))
+    return sum(len(condition.get("seeds", range(plan["seeds"]))) for condition in plan["conditions"])
 
 
 def columns(result: StudyResult, *names: str) -> list[list[float]]:

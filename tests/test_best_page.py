@@ -185,6 +185,20 @@ def test_the_learner_that_centres_looks_at_the_hand(varied: Any) -> None:
         assert (np.abs(learner.predict(percept.arm) - np.clip(held["plane"] @ phi, *HEAD.limits.T)) < 0.51 * cell).all()
 
 
+def test_the_learner_that_centres_later_is_the_whole_one_until_then(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Bit for bit while the pixel gain has not settled; then all that visibility has learned is gone."""
+    centring: Any = importlib.import_module("docs.best_centring")
+    one, other = BestLearner(ROBOT, np.random.default_rng(3)), centring.CentringLater(ROBOT, np.random.default_rng(3))
+    stream(one, 120), stream(other, 120)
+    for name, array in memory(one).items():
+        np.testing.assert_array_equal(memory(other)[name], array, err_msg=name)
+    monkeypatch.setattr(centring, "SETTLED", 1)
+    later = centring.CentringLater(ROBOT, np.random.default_rng(3))
+    stream(later, 120)
+    assert not memory(later)["fields"].any() and not memory(later)["recent"].any()
+    assert memory(later)["sheet"].argmax() == len(memory(later)["sheet"]) // 2
+
+
 def test_a_late_learner_knows_nothing_of_the_last_frames(varied: Any) -> None:
     """What it commands depends on percepts up to two frames ago, and on that one."""
     gazes = []
