@@ -62,8 +62,10 @@ def main() -> None:
 def lived(name: str, seed: int, folder: Path) -> Run:
     """An hour and a half without damage."""
     learner = "best" if seed == SEEDS[0] else "random"  # of the others only the arm counts, which is the same
-    changes = {"motion": "kinematic", "eye": "geometric", "learner": learner, "babbling.range": name, "seed": seed}
+    changes = {"motion": "kinematic", "eye": "geometric", "learner": learner, "seed": seed}
     changes |= {"minutes": 60, "damage_minutes": 30, "damage": "none"}
+    if name != "paper-wide":  # which is that of the preset, and has no name of its own
+        changes["babbling.range"] = name
     whole = seed == SEEDS[0]
     return run(changed(PRESETS["paper-wide"](), changes), folder, progress=False, ceiling=whole, maps=whole)
 
