@@ -52,6 +52,8 @@ DEAD = ("dead-joint-1", "dead-joint-2")
 LOSING = (*DEAD, "noise")
 #: Below this share of its own undamaged run a learner is lost.
 LOST = 0.9
+#: With fewer seeds nothing is called met or missed.
+FEW = 3
 #: Floor and goal in percent, by moment and range.
 DEMANDS: dict[str, dict[str, tuple[int, int]]] = {
     "second five minutes": {"confined": (95, 97), WIDE: (91, 95), "mechanical": (83, 90)},
@@ -177,6 +179,12 @@ def seeds(every: Iterable[BySeed]) -> str:
     return "" if not counts else f"{counts[0]}" if len(counts) == 1 else f"{counts[0]} to {counts[-1]}"
 
 
+def of_seeds(every: Iterable[BySeed]) -> str:
+    """How many seeds some numbers in prose have, in brackets."""
+    count = seeds(every)
+    return f" ({count} {'seed' if count == '1' else 'seeds'})" if count else ""
+
+
 def rows(head: Sequence[str], body: Iterable[Sequence[str]]) -> str:
     """A Markdown table."""
     return "\n".join(f"| {' | '.join(line)} |" for line in (head, ["---"] * len(head), *body))
@@ -229,13 +237,15 @@ def answer(cells: Mapping[str, Cells]) -> str:
         worst = min(kept, key=lambda damage: fmean(kept[damage].values()))
         others = (
             f"Over {len(kept)} damages that leave the information it is at {mean(over_damages(kept))} in the mean, and "
-            f"at {mean(kept[worst])} after the worst of them, *{worst}*."
+            f"at {mean(kept[worst])} after the worst of them, *{worst}*{of_seeds(kept.values())}."
         )
     return (
         f"Where the hand can be seen, `best` sees it in {mean(first[0][0])} of the frames of its second five minutes "
         f"and in {mean(first[0][1])} at the end of an hour, and the paper's rule in {mean(first[1][0])} and "
-        f"{mean(first[1][1])}. In the second five minutes after the paper's damage, `best` is at {mean(after[0])} of "
-        f"what it reaches without damage, and the paper's rule at {mean(after[1])}. {others}"
+        f"{mean(first[1][1])}{of_seeds([*first[0], *first[1]])}. "
+        f"In the second five minutes after the paper's damage, `best` is at {mean(after[0])} of "
+        f"what it reaches without damage, and the paper's rule at {mean(after[1])}"
+        f"{of_seeds(after)}. {others}"
     )
 
 
@@ -288,7 +298,9 @@ def line(where: str, moment: str, values: BySeed, physics: str, which: str = "")
     """A row of the table of floors and goals."""
     floor, goal = DEMANDS[moment][where]
     verdict = "not run yet"
-    if values:
+    if 0 < len(values) < FEW:
+        verdict = "too few seeds"
+    elif values:
         reached = fmean(values.values())
         verdict = "goal met" if reached >= goal else "floor met" if reached >= floor else "**floor missed**"
     return [where, moment, which, physics, interval(values), f"{floor}", f"{goal}", verdict, f"{len(values)}"]

@@ -93,6 +93,7 @@ def test_the_first_sentences_have_the_numbers(made: Any) -> None:
     said = " ".join(made.page({"learners": main_study(90.0, 36.0)}, {}).split("**Not finished")[0].split())
     assert "`best` sees it in **90.0 %** of the frames of its second five minutes" in said
     assert "`best` is at **40.0 %** of what it reaches without damage" in said
+    assert said.count("(3 seeds)") == 2
 
 
 def test_what_is_not_finished_is_named(made: Any) -> None:
@@ -137,12 +138,12 @@ def test_damages_that_take_information_away_are_not_in_the_mean(made: Any) -> No
     """Two damages that keep it, at 80 and 100 percent of the fork, give 90, whatever a dead joint does."""
     levels = {"none": 90.0, "gain": 72.0, "swapped": 90.0, "dead-joint-1": 9.0, "noise": 9.0}
     every = {("best", damage): (level(90.0), level(value)) for damage, value in levels.items()}
-    found = study("learners-damages", 2, every, ("learner", "damage"))
+    found = study("learners-damages", 3, every, ("learner", "damage"))
     page = made.page({"learners-damages": found}, {})
     moment = ("paper-wide", "second five minutes after a damage")
-    assert line_of(page, *moment, "mean of 2")[4:] == ["90.0 [90.0, 90.0]", "96", "98", "**floor missed**", "2"]
+    assert line_of(page, *moment, "mean of 2")[4:] == ["90.0 [90.0, 90.0]", "96", "98", "**floor missed**", "3"]
     assert line_of(page, *moment, "worst: *gain*")[4] == "80.0 [80.0, 80.0]"
-    assert "| dead-joint-1 | 10.0 [10.0, 10.0] | 2 |" in page
+    assert "| dead-joint-1 | 10.0 [10.0, 10.0] | 3 |" in page
 
 
 def test_figures_are_drawn(made: Any, tmp_path: Path) -> None:
