@@ -160,3 +160,16 @@ def test_steps_pool_hits_and_what_could_be_seen(made: Any) -> None:
     for phase, expected in ((0, 90.0), (1, 36.0)):
         steps = made.steps(cells, ("paper-wide", "best", "paper"), phase)
         assert steps.shape == (3, 30 if phase == 0 else 15) and steps == pytest.approx(expected)
+
+
+def test_the_error_of_the_ceiling_and_the_misses_are_told(made: Any) -> None:
+    """A grid that finds 0.505 and not 0.5 says that efficiency is 1 % too high; classes have their names."""
+    grids = {"ceiling": 0.5, "ceiling_finer": 0.505, "slivers": 0.02}
+    misses = {
+        **{"gazes": [0, 1, 5], "by_gazes": [0.4, 0.03, 0.015], "grid": 2089, "frames": 2000},
+        **{"ages": [0, 2], "missed_by_age": [0.5, None], "frames_by_age": [80, 0]},
+    }
+    page = made.page({}, {"mechanical": {"references": {}, "grids": grids, "misses": misses}})
+    assert "| mechanical | 50.00 | 50.50 | 1.00 | 2.0 |" in page
+    assert "| range | 1 to 4 | 5 to 2,089 |" in page and "| mechanical | 3.0 | 1.5 |" in page
+    assert "| range | 0 to 1 | 2 and more |" in page and "| mechanical | 50 (80) |  |" in page
