@@ -126,9 +126,8 @@ def running_ceiling(run: Run, phases: Phases) -> Line:
 
 
 def ceiling_line(run: Run, phases: Phases) -> Line:
-    """The ceiling as it is drawn beside the run: of a short one over a running minute, if that was noted."""
-    at, shown = running_ceiling(run, phases) if in_minutes(phase_starts(phases)[-1]) else (np.empty(0), np.empty(0))
-    return (at, shown) if len(at) else levels(ceiling_shares(run) or [], ceiling_rates(run)[1], phases)
+    """The ceiling as it is drawn beside the run: see `levels`."""
+    return levels(ceiling_shares(run) or [], ceiling_rates(run)[1], phases)
 
 
 def _running(shares: Sequence[Floats], means: Sequence[float], lengths: Sequence[float]) -> Line:

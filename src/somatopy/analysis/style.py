@@ -44,7 +44,7 @@ __all__ = [
 HITS, TREND, BORDER, PAPER = "#e0453a", "#123a8c", "#2f9e44", "#7a7a7a"
 BAND = "#dfe3ea"
 #: What was counted over a running minute, behind what was counted over windows.
-RUNNING = "#f0aca7"
+RUNNING = "#eea09a"
 CEILING, UNSEEN = "#222222", "#ececec"
 #: Lightness rises evenly, so that it reads in grey and without colour vision.
 MAP = "cividis"

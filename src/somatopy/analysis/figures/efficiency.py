@@ -9,9 +9,9 @@ from somatopy.analysis.bounds import ceiling_rates, ceiling_shares, reactive_eff
 from somatopy.analysis.figures.time_axis import over_time, plot
 from somatopy.analysis.phases import played
 from somatopy.analysis.runs import Run
-from somatopy.analysis.series import ceiling_line, levels, line, running_rate
+from somatopy.analysis.series import ceiling_line, levels, line, running_ceiling, running_rate
 from somatopy.analysis.standings import OWN, Standing, standings
-from somatopy.analysis.style import CEILING, CONTROLS, HITS, RUNNING, UNSEEN, source, style
+from somatopy.analysis.style import CEILING, CONTROLS, HITS, PAPER, RUNNING, UNSEEN, source, style
 from somatopy.analysis.summary import summarise
 from somatopy.clock import WINDOW
 from somatopy.percept import Floats
@@ -48,6 +48,7 @@ def efficiency_figure(run: Run) -> Figure | None:
         top = panels[0, 0]
         plot(top, *running_rate(run), color=RUNNING, lw=1.0, zorder=1, label="running minute")
         if shares:
+            plot(top, *running_ceiling(run, summary["phases"]), color=PAPER, lw=0.9, zorder=1)
             _draw_bounds(top, ceiling_line(run, summary["phases"]), reactive_efficiency(run))
         _draw_learners(top, learners, None)
         if shares:

@@ -10,7 +10,7 @@ from somatopy.analysis.band import spread_of
 from somatopy.analysis.described import on_papers_robot
 from somatopy.analysis.figures.time_axis import over_time, plot
 from somatopy.analysis.runs import Run
-from somatopy.analysis.series import phase_starts, running_rate
+from somatopy.analysis.series import in_minutes, phase_starts, running_rate
 from somatopy.analysis.style import BAND, HITS, PAPER, RUNNING, TREND, source, style
 from somatopy.analysis.summary import summarise
 from somatopy.analysis.table import paper_lines
@@ -53,8 +53,7 @@ def figure3(run: Run | Mapping[str, Any]) -> Figure:
         starts = phase_starts(summary["phases"])
         if isinstance(run, Run):
             _draw_band(axes, run)
-            at, percent = running_rate(run)
-            plot(axes, at, _hits(percent), color=RUNNING, lw=1.0, label=LEGEND[4], zorder=2)
+            _draw_running(axes, run, 1.6 if in_minutes(starts[-1]) else 0.9)
         if not isinstance(run, Run) or on_papers_robot(run):
             _draw_paper(axes, summary["phases"], starts)
         for phase, start in zip(summary["phases"], starts, strict=False):
@@ -75,6 +74,16 @@ def _draw_band(axes: Axes, run: Run) -> None:
     spread = spread_of(run)
     if spread is not None:
         axes.fill_between(spread.at, spread.low, spread.high, color=BAND, lw=0, label=LEGEND[3], zorder=1)
+
+
+def _draw_running(axes: Axes, run: Run, width: float) -> None:
+    at, percent = running_rate(run)
+    plot(axes, at, _hits(percent), color=RUNNING, lw=width, label=LEGEND[4], zorder=2)
+
+
+def _draw_running(axes: Axes, run: Run, width: float) -> None:
+    at, percent = running_rate(run)
+    plot(axes, at, _hits(percent), color=RUNNING, lw=width, label=LEGEND[4], zorder=2)
 
 
 def _draw_phase(axes: Axes, phase: Mapping[str, Any], start: float) -> None:

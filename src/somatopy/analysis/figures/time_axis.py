@@ -54,5 +54,7 @@ def _ticks(axes: Axes, end: float) -> None:
 
 def plot(axes: Axes, at: Floats, values: Floats, **look: Any) -> Line2D:
     """Draw a line, with marks where a point has no neighbour and would not be seen."""
-    (drawn,) = axes.plot(at, values, marker="o", ms=3.0, markevery=lone(values).tolist(), **look)
+    alone = lone(values).tolist()
+    marked: Any = {"marker": "o", "ms": 3.0, "markevery": alone} if alone else {}
+    (drawn,) = axes.plot(at, values, **marked, **look)
     return drawn

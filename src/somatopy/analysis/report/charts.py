@@ -28,13 +28,14 @@ from somatopy.analysis.series import (
     levels,
     line,
     phase_starts,
+    running_ceiling,
     running_rate,
 )
 from somatopy.analysis.standings import OWN, Standing
 from somatopy.analysis.style import BAND, CEILING, CONTROLS, HITS, NOTHING, PAPER, RUNNING, TREND
 from somatopy.analysis.table import paper_lines
 from somatopy.analysis.trends import Trend
-from somatopy.clock import WINDOW
+from somatopy.clock import TEN_SECONDS, WINDOW
 from somatopy.percept import Floats
 
 if TYPE_CHECKING:
@@ -48,6 +49,8 @@ Drawn = tuple[str, Run, Summary]
 
 #: Letters of a run's name in a line of the legend.
 NAME = 48
+#: Points of the running minute in a window.
+TENS_OF_WINDOW = WINDOW // TEN_SECONDS
 
 
 def hits_chart(runs: Sequence[Drawn]) -> Figure:
@@ -258,6 +261,8 @@ def _add_bounds(figure: Figure, run: Run, summary: Summary) -> None:
     if not ceiling_shares(run):
         return
     at, ceiling = ceiling_line(run, summary["phases"])
+    if _is_short(summary):
+        add(figure, *running_ceiling(run, summary["phases"]), "ceiling, running minute", PAPER, width=1.0)
     add(figure, at, ceiling, "ceiling", CEILING, width=2.6)
     if (reactive := reactive_efficiency(run)) is not None:
         add(figure, at, reactive * ceiling, "reactive bound", CEILING, dash="dash", width=1.2)
@@ -292,9 +297,10 @@ def _levels(summary: Summary) -> tuple[Floats, Floats]:
 def _add_running(figure: Figure, run: Run, factor: float, group: str | None, color: str) -> None:
     """The running minute; of several runs as part of the run's own line."""
     at, percent = running_rate(run)
+    name, short = "running minute" if factor == 1 else "running minute, × 5", in_minutes(len(at) / TENS_OF_WINDOW)
+    look: Any = {"width": 1.8 if short else 1.1, "opacity": 0.45 if group else 1.0}
     more: Any = {"legendgroup": group, "showlegend": group is None, "hoverinfo": "skip" if group else None}
-    name = "running minute" if factor == 1 else "running minute, × 5"
-    add(figure, at, factor * percent, name, color, width=1.1, opacity=0.45 if group else 1.0, **more)
+    add(figure, at, factor * percent, name, color, **look, **more)
     if group:
         figure.data[-1].hovertemplate = None
 

@@ -52,8 +52,8 @@ LEVEL = "A phase of less than two windows is drawn level at its mean. "
 MEAN = f"over the last {DISTORTION_WIDTH:,} inputs, after the update"
 CAPTIONS = {
     "hits": "Hits are frames in which the marker on the hand was detected. Points are windows of five minutes, "
-    f"{WINDOW:,} frames, drawn where they start. The pale line is the running minute, scaled to five and likewise drawn "
-    "where it starts. Trends are least squares over full windows, restarted at the damage and 35 minutes after it, "
+    f"{WINDOW:,} frames, drawn where they start. The pale line is the running minute, scaled to five; it, "
+    "too, is drawn where it starts. Trends are least squares over full windows, restarted at the damage and 35 minutes after it, "
     "as in the paper.",
     "efficiency": f"{CEILING}{REACTIVE}{LEVEL}Both are reckoned by the geometric eye; so are the controls, "
     "which run on the same arm movements.",
@@ -162,14 +162,14 @@ def tally(verdicts: Sequence[str]) -> str:
 
 def claims_line(found: Sequence[Finding]) -> str:
     """What a run says to the paper's claims, in a sentence or two."""
-    told = [finding for finding in found if finding.verdict != "cannot tell"]
-    if not told:
+    holds, not_so, unknown = (sum(finding.verdict == verdict for finding in found) for verdict in VERDICTS)
+    if not holds + not_so:
         return ""
-    holds = sum(finding.verdict == "holds" for finding in told)
-    of = f"Of the paper's {len(found)} claims this run tells {len(told)}" if len(told) < len(found) else (
-        f"This run tells all of the paper's {len(found)} claims"
-    )  # fmt: skip
-    return f"{of}: {holds} hold{'s' * (holds == 1)}, {len(told) - holds} do{'es' * (len(told) - holds == 1)} not."
+    rest = f"; the other {unknown} cannot be told from this run" if unknown else ""
+    return (
+        f"Of the paper's {len(found)} claims {holds} {'holds' if holds == 1 else 'hold'} and "
+        f"{not_so} {'does' if not_so == 1 else 'do'} not{rest}."
+    )
 
 
 def untold(reasons: Sequence[str], of: int, subject: str = "this run") -> str:
@@ -199,8 +199,8 @@ def no_maps(summary: Mapping[str, Any]) -> str:
     if frames >= WINDOW:
         return "This run kept no maps: its learner has none, or they were not recorded."
     return (
-        f"Maps are kept at the end of every {WINDOW // FRAMES_PER_MINUTE} minutes, and this run has "
-        f"{frames / FRAMES_PER_MINUTE:.3g}."
+        f"Maps are kept at the end of every {WINDOW // FRAMES_PER_MINUTE} minutes. This run lasted "
+        f"{frames / FRAMES_PER_MINUTE:.3g}, so that there are none to show."
     )
 
 
