@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from somatopy.analysis.columns import Role
 from somatopy.analysis.phases import phase_title, played
 from somatopy.analysis.runs import Run
 from somatopy.analysis.series import distance_units, in_shares
@@ -22,6 +22,8 @@ __all__ = ["ORDERED", "Order", "by_chance", "order_of", "orders", "topographic_e
 INPUTS = 600
 #: A map is ordered if its error is at most this, and not ordered if it is above the second; between, it is in part.
 ORDERED = (0.25, 0.75)
+#: What a map learned, and the beginning of its columns: what was perceived, or else what was sensed.
+ROLES: tuple[tuple[Role, str], ...] = (("percept", "_percept"), ("sensed", ""))
 
 
 class Order(NamedTuple):
@@ -91,12 +93,11 @@ def order_of(run: Run, maps: Snapshot) -> tuple[Order, Order]:
     return arm, head
 
 
-def _error(
-    run: Run, frame: int, side: str, codes: Floats, shape: tuple[int, int], limits: NDArray[Any]
-) -> float | None:
-    if not any(column.startswith(f"{side}_percept.") for column in run.columns) or len(codes) < 2:
+def _error(run: Run, frame: int, side: str, codes: Floats, shape: tuple[int, int], limits: Floats) -> float | None:
+    there = [role for role in ROLES if any(column.startswith(f"{side}{role[1]}.") for column in run.columns)]
+    if not there or len(codes) < 2:
         return None
-    inputs = run.postures(side, role="percept", start=max(0, frame - DISTORTION_WIDTH), stop=frame)
+    inputs = run.postures(side, role=there[0][0], start=max(0, frame - DISTORTION_WIDTH), stop=frame)
     if not len(inputs):
         return None
     ranges = limits[:, 1] - limits[:, 0]

@@ -9,6 +9,7 @@
   };
   const plot = (data) => {
     const { data: traces, layout } = JSON.parse(data.textContent);
+    document.getElementById(data.dataset.plot).style.minHeight = `${layout.height}px`; // kept while it is redrawn
     Plotly.newPlot(data.dataset.plot, traces, layout, CONFIG);
   };
   for (const data of document.querySelectorAll("script[data-plot]")) if (!data.closest("details.more")) plot(data);

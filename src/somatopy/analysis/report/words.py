@@ -52,9 +52,8 @@ LEVEL = "A phase of less than two windows is drawn level at its mean. "
 MEAN = f"over the last {DISTORTION_WIDTH:,} inputs, after the update"
 CAPTIONS = {
     "hits": "Hits are frames in which the marker on the hand was detected. Points are windows of five minutes, "
-    f"{WINDOW:,} frames, drawn where they start. The pale line is the running minute, scaled to five; it, "
-    "too, is drawn where it starts. Trends are least squares over full windows, restarted at the damage and 35 minutes after it, "
-    "as in the paper.",
+    f"{WINDOW:,} frames. The pale line is the running minute, scaled to five. Both are drawn where they start. Trends "
+    "are least squares over full windows, restarted at the damage and 35 minutes after it, as in the paper.",
     "efficiency": f"{CEILING}{REACTIVE}{LEVEL}Both are reckoned by the geometric eye; so are the controls, "
     "which run on the same arm movements.",
     "arm": f"Mean distance from arm posture to winner {MEAN}; 1 is a joint's whole range (the paper's Figure 4).",
