@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from somatopy.analysis.columns import readable
-from somatopy.analysis.order import ORDERED, Order, order_of
+from somatopy.analysis.order import Order, order_of
 from somatopy.analysis.phases import played
 from somatopy.analysis.runs import Run
 from somatopy.analysis.snapshots import Snapshot, paper_snapshot
@@ -179,7 +179,7 @@ def _joint_space(figure: Any, maps: Snapshot, arm: _Map, head: _Map) -> None:
 
 def _draw_map(axes: Axes, drawn: _Map, pair: tuple[int, int], colors: Floats, limits: Floats) -> None:
     at, (a, b) = drawn.spots(*pair), pair
-    if drawn.order.error is None or drawn.order.error <= ORDERED[1]:
+    if drawn.order.word != "not ordered":
         _draw_edges(axes, at, drawn.shape)
     linked = np.isfinite(colors)
     axes.scatter(
