@@ -85,12 +85,9 @@ def by_chance(shape: tuple[int, int]) -> float:
 
 def order_of(run: Run, maps: Snapshot) -> tuple[Order, Order]:
     """How far both maps of a snapshot are ordered, by the inputs of the two minutes before it."""
-    sides = (
-        ("arm", maps.arm_codebook, maps.arm_shape, maps.arm_limits),
-        ("head", maps.head_codebook, maps.head_shape, maps.head_limits),
-    )
-    arm, head = (Order(side, _error(run, maps.frame, side, *told), by_chance(told[1])) for side, *told in sides)
-    return arm, head
+    arm = _error(run, maps.frame, "arm", maps.arm_codebook, maps.arm_shape, maps.arm_limits)
+    head = _error(run, maps.frame, "head", maps.head_codebook, maps.head_shape, maps.head_limits)
+    return Order("arm", arm, by_chance(maps.arm_shape)), Order("head", head, by_chance(maps.head_shape))
 
 
 def _error(run: Run, frame: int, side: str, codes: Floats, shape: tuple[int, int], limits: Floats) -> float | None:

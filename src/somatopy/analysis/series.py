@@ -16,7 +16,7 @@ from somatopy.analysis.phases import played
 from somatopy.analysis.runs import Run
 from somatopy.analysis.windows import hits_per_window, moving_mean
 from somatopy.clock import FRAMES_PER_MINUTE, TEN_SECONDS, WINDOW
-from somatopy.percept import Floats
+from somatopy.percept import Floats, Ints
 
 __all__ = [
     "border_name",
@@ -55,7 +55,7 @@ def in_minutes(end: float) -> bool:
     return end <= SHORT
 
 
-def lone(values: Floats) -> Floats:
+def lone(values: Floats) -> Ints:
     """Which points of a line have no neighbour, so that nobody would see them without a mark; indices.
 
     Example:
@@ -205,9 +205,12 @@ def gaze_error(run: Run, minutes: int | None = None) -> Line:
         stretches = np.degrees(np.asarray(angles[start : start + full * size], dtype=np.float64)).reshape(full, size)
         known = np.isfinite(stretches).any(axis=1)
         if known.any():
-            gap = ([np.nan], np.full((1, 4), np.nan)) if len(at) > 1 else (np.empty(0), np.empty((0, 4)))
-            at += [gap[0], (start + np.flatnonzero(known) * size) / WINDOW]
-            found += [gap[1], np.nanpercentile(stretches[known], [25, 50, 75, 95], axis=1).T.reshape(-1, 4)]
+            gap = int(len(at) > 1)
+            at += [np.full(gap, np.nan), (start + np.flatnonzero(known) * size) / WINDOW]
+            found += [
+                np.full((gap, 4), np.nan),
+                np.nanpercentile(stretches[known], [25, 50, 75, 95], axis=1).T.reshape(-1, 4),
+            ]
     return np.concatenate(at), np.concatenate(found)
 
 

@@ -137,7 +137,8 @@ def marks(axes: Axes, borders: Sequence[tuple[float, str]]) -> None:
     A name that would overprint the one before stands one line lower. Draw them when the axis has its limits.
     """
     low, high = axes.get_xlim()
-    room = axes.get_position().width * axes.figure.get_figwidth() * LETTERS
+    figure: Any = axes.figure
+    room = axes.get_position().width * figure.get_figwidth() * LETTERS
     ends: list[float] = []
     for at, text in sorted(borders):
         axes.axvline(at, color=BORDER, lw=1.4, zorder=1)
