@@ -112,7 +112,7 @@ def _phase(summary: Summary, index: int) -> Mapping[str, Any] | Finding:
     """The phase that stands beside one of the paper's, or why nothing can be said of it."""
     found = beside_paper(summary["phases"])[index]
     if found is None:
-        return _unknown("no such phase", "the run has no such phase")
+        return _unknown("no such phase", f"the run has no {'damaged' if index else 'intact'} phase")
     phase: Mapping[str, Any] = summary["phases"][found]
     if index and phase["damage"] == "none":
         return _unknown("no damage in this phase", "nothing was damaged")
