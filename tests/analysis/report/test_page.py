@@ -212,7 +212,7 @@ def test_a_run_of_three_minutes_has_curves(make_run: Any) -> None:
         assert plots[name]["layout"]["xaxis"]["range"][1] == pytest.approx(3.03)
     assert [trace["name"] for trace in plots["hits"]["data"]] == ["running minute, × 5"]
     (line,) = re.findall(r"None of the 12 claims can be told from this run: [^.]*", words)
-    assert "the run has no damaged phase (7)" in line and "the run is too short" in line
+    assert "the run has no damaged phase (5)" in line and "the run is too short (3)" in line
     assert words.index("Over time") < words.index("The paper's claims")
     assert "This run lasted 3, so that there are none to show." in words
 
