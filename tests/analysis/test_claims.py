@@ -69,6 +69,26 @@ def test_directions_flip_with_the_sign(name: str, where: tuple[int, int]) -> Non
         assert verdicts(changed)[name] == verdict
 
 
+def test_few_windows_tell_no_direction() -> None:
+    """The paper's shortest trend has seven windows; six, however steep, tell nothing, and the reason is the length."""
+    for last, verdict in ((6, "holds"), (5, "cannot tell")):
+        changed = summary()
+        changed["phases"][0]["trends"][0] |= {"last": last, "slope": 218.0, "slope_se": 1.0}
+        found = {claim.key: finding for claim, finding in judge(changed)}["learns"]
+        assert found.verdict == verdict and bool(found.why) == (verdict == "cannot tell")
+
+
+def test_what_cannot_be_told_has_a_reason() -> None:
+    """And what can has none: from nothing at all, from a run like the paper's, and from one whose slopes are unsure."""
+    unsure = summary()
+    unsure["phases"][0]["trends"][0]["slope_se"] *= 3
+    short = {"damage": "none", "frames": 0, "hits_per_window": [], "rate": None, "trends": [None]}
+    marks = {"arm_distortion": {"start": None}, "head_distortion": {"start": None}}
+    for changed in (summary(), unsure, {"phases": [short | marks]}):
+        for _, finding in judge(changed):
+            assert bool(finding.why) == (finding.verdict == "cannot tell")
+
+
 def test_a_slope_is_the_papers_within_both_errors() -> None:
     """√2 of the half-width is the border: 12.147 against 12.147 + 1.4 half-widths, and 1.5."""
     half = 12.147 / 2

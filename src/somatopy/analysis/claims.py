@@ -29,6 +29,11 @@ JUMP, NO_JUMP = 1.25, 1.10
 FALL = 0.95
 #: Levels and slopes change with time: numbers are compared over at least this share of the paper's time.
 LONG_ENOUGH = 0.9
+#: A slope of fewer windows than the paper's shortest trend has tells no direction: a learner that begins is steep.
+DIRECTION = 7
+TOO_SHORT = "the run is too short"
+WITHIN = "the slope's interval contains 0"
+SMALL = "the change is too small"
 PAPER_RATE = 100 * PAPER_HITS / PAPER_FRAMES[0]
 HEAD_BAND = (0.01, 0.02)
 
@@ -40,10 +45,12 @@ class Finding:
     Attributes:
         ours: the run's number with its 95 % interval, or why there is none.
         verdict: one of `VERDICTS`.
+        why: of what cannot be told, the reason in a clause, which many claims have in common.
     """
 
     ours: str
     verdict: Verdict
+    why: str = ""
 
 
 @dataclass(frozen=True)
@@ -85,7 +92,7 @@ def judge(
         {'cannot tell'}
     """
     if not papers_robot:
-        return [(claim, _unknown("another robot than the paper's NAO")) for claim in CLAIMS]
+        return [(claim, _unknown("another robot than the paper's NAO", "the robot is another")) for claim in CLAIMS]
     return [(claim, _in_its_unit(claim, claim.decide(summary), units or {})) for claim in CLAIMS]
 
 
@@ -94,22 +101,22 @@ def _in_its_unit(claim: Claim, finding: Finding, units: Mapping[str, str]) -> Fi
     unit = units.get(claim.shares_of, "")
     if in_shares(unit) or finding.verdict == "cannot tell":
         return finding
-    return _unknown(f"{finding.ours} {unit}; the paper's are in [0, 1] units")
+    return _unknown(f"{finding.ours} {unit}; the paper's are in [0, 1] units", "its distances have another unit")
 
 
-def _unknown(why: str) -> Finding:
-    return Finding(why, "cannot tell")
+def _unknown(ours: str, why: str) -> Finding:
+    return Finding(ours, "cannot tell", why)
 
 
 def _phase(summary: Summary, index: int) -> Mapping[str, Any] | Finding:
     """The phase that stands beside one of the paper's, or why nothing can be said of it."""
     found = beside_paper(summary["phases"])[index]
     if found is None:
-        return _unknown("no such phase")
+        return _unknown("no such phase", f"the run has no {'damaged' if index else 'intact'} phase")
     phase: Mapping[str, Any] = summary["phases"][found]
     if index and phase["damage"] == "none":
-        return _unknown("no damage in this phase")
-    return phase if phase["frames"] else _unknown("too short")
+        return _unknown("no damage in this phase", "nothing was damaged")
+    return phase if phase["frames"] else _unknown("too short", TOO_SHORT)
 
 
 def _trend(summary: Summary, index: int, segment: int) -> Trend | Finding:
@@ -117,7 +124,7 @@ def _trend(summary: Summary, index: int, segment: int) -> Trend | Finding:
     if isinstance(phase, Finding):
         return phase
     entry = phase["trends"][segment] if segment < len(phase["trends"]) else None
-    return Trend(**entry) if entry else _unknown("too short")
+    return Trend(**entry) if entry else _unknown("too short", TOO_SHORT)
 
 
 def _half_width(trend: Trend) -> float:
@@ -143,9 +150,11 @@ def direction(index: int, segment: int, sign: int) -> Callable[[Summary], Findin
         trend = _trend(summary, index, segment)
         if isinstance(trend, Finding):
             return trend
+        if _windows(trend) < DIRECTION:
+            return _unknown(f"{_slope_text(trend)}, over {_windows(trend)} windows only", TOO_SHORT)
         least, most = sorted(sign * (trend.slope + side * _half_width(trend)) for side in (-1, 1))
         verdict: Verdict = "holds" if least > 0 else "does not hold" if most <= 0 else "cannot tell"
-        return Finding(_slope_text(trend), verdict)
+        return Finding(_slope_text(trend), verdict, WITHIN if verdict == "cannot tell" else "")
 
     return decide
 
@@ -158,11 +167,14 @@ def slope_near(index: int, segment: int, paper: Trend) -> Callable[[Summary], Fi
         if isinstance(trend, Finding):
             return trend
         if _windows(trend) < LONG_ENOUGH * _windows(paper):
-            return _unknown(f"{_slope_text(trend)}, over {_windows(trend)} of the paper's {_windows(paper)} windows")
+            windows = f"{_windows(trend)} of the paper's {_windows(paper)} windows"
+            return _unknown(f"{_slope_text(trend)}, over {windows}", TOO_SHORT)
         half = _half_width(trend)
         if abs(trend.slope - paper.slope) > sqrt(2) * half:
             return Finding(_slope_text(trend), "does not hold")
-        return Finding(_slope_text(trend), "holds" if abs(trend.slope) > half else "cannot tell")
+        if abs(trend.slope) <= half:
+            return _unknown(_slope_text(trend), WITHIN)
+        return Finding(_slope_text(trend), "holds")
 
     return decide
 
@@ -177,7 +189,8 @@ def rate_near(index: int, paper: float) -> Callable[[Summary], Finding]:
         counts = phase["hits_per_window"]
         error = mean_se(counts)
         if error is None or phase["frames"] < LONG_ENOUGH * PAPER_FRAMES[index]:
-            return _unknown(f"{100 * phase['rate']:.1f} %, in {phase['frames']:,} of {PAPER_FRAMES[index]:,} frames")
+            frames = f"{phase['frames']:,} of {PAPER_FRAMES[index]:,} frames"
+            return _unknown(f"{100 * phase['rate']:.1f} %, in {frames}", TOO_SHORT)
         half = 100 * quantile(len(counts), 1) * error / WINDOW
         near = abs(100 * phase["rate"] - paper) <= sqrt(2) * half
         return Finding(f"{100 * phase['rate']:.1f} ± {half:.1f} %", "holds" if near else "does not hold")
@@ -194,7 +207,8 @@ def falls(index: int, side: str, since: str) -> Callable[[Summary], Finding]:
             return marks
         before, after = marks[since], marks["end"]
         verdict: Verdict = "holds" if after <= FALL * before else "does not hold" if after >= before else "cannot tell"
-        return Finding(f"{before:.4f} at its {since}, {after:.4f} at the end", verdict)
+        why = SMALL if verdict == "cannot tell" else ""
+        return Finding(f"{before:.4f} at its {since}, {after:.4f} at the end", verdict, why)
 
     return decide
 
@@ -211,7 +225,7 @@ def jumps(side: str, expected: bool) -> Callable[[Summary], Finding]:
         ratio = after["peak"] / before["end"] if before["end"] else float("inf")
         text = f"peak after damage {ratio:.2f} × the value before it"
         if NO_JUMP < ratio <= JUMP:
-            return _unknown(text)
+            return _unknown(text, SMALL)
         return Finding(text, "holds" if (ratio > JUMP) == expected else "does not hold")
 
     return decide
@@ -225,7 +239,7 @@ def head_band(summary: Summary) -> Finding:
     if isinstance(first, Finding):
         return first
     if intact["frames"] < 2 * WINDOW:
-        return _unknown("too short")
+        return _unknown("too short", TOO_SHORT)
     values = [first["end"], *([] if isinstance(second, Finding) else second.values())]
     inside = all(HEAD_BAND[0] <= value <= HEAD_BAND[1] for value in values)
     return Finding(f"{min(values):.4f} to {max(values):.4f}", "holds" if inside else "does not hold")
@@ -236,7 +250,9 @@ def _marks(summary: Summary, index: int, side: str) -> Mapping[str, float] | Fin
     if isinstance(phase, Finding):
         return phase
     marks: Mapping[str, float] = phase[f"{side}_distortion"]
-    return _unknown("not recorded, or too short") if None in marks.values() else marks
+    if None in marks.values():
+        return _unknown("not recorded, or too short", "the map's distortion is not known")
+    return marks
 
 
 def _slope_claims(name: str, text: str, index: int, segment: int, trend: Trend) -> tuple[Claim, Claim]:
@@ -248,7 +264,8 @@ def _slope_claims(name: str, text: str, index: int, segment: int, trend: Trend) 
             name,
             text,
             paper,
-            f"Holds if the slope's 95 % interval lies {word} 0; does not hold if on the other side.",
+            f"Holds if the slope's 95 % interval lies {word} 0; does not hold if on the other side; cannot tell with "
+            f"fewer than {DIRECTION} windows, as many as the paper's shortest trend has.",
             direction(index, segment, sign),
         ),
         Claim(

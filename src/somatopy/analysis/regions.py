@@ -15,7 +15,8 @@ from somatopy.percept import Floats
 
 __all__ = ["FEW", "Regions", "arm_regions"]
 
-CELLS = 24
+#: Along each joint, at most and at least.
+CELLS, FEWEST = 24, 6
 #: Cells with fewer frames than two seconds have tell nothing.
 FEW = 2 * FRAMES_PER_SECOND
 
@@ -68,12 +69,13 @@ class Regions:
         return np.where(frames >= FEW, self.misses[pair].sum(axis=axis) / np.maximum(frames, 1), np.nan)
 
 
-def arm_regions(run: Run, cells: int = CELLS) -> dict[int, Regions]:
+def arm_regions(run: Run, cells: int | None = None) -> dict[int, Regions]:
     """Count frames and misses by the true (undamaged) arm posture, for each phase that has frames.
 
     Args:
         run: an open run folder.
-        cells: along each joint, between the smallest and largest angle of the run.
+        cells: along each joint, between the smallest and largest angle of the run; if None 24, and fewer in short runs,
+            so that a cell has twice `FEW` frames on average in the longest phase.
 
     Returns:
         By index of the phase; empty where the run has no frames, or no arm joints.
@@ -85,6 +87,8 @@ def arm_regions(run: Run, cells: int = CELLS) -> dict[int, Regions]:
     if not len(arm):
         return {}
     missed, phase = ~run.values("hit").astype(bool), run.values("phase")
+    longest = int(np.unique(phase, return_counts=True)[1].max())
+    cells = cells or int(np.clip(np.sqrt(longest / (2 * FEW)), FEWEST, CELLS))
     low, high = arm.min(axis=0), arm.max(axis=0)
     edges = np.linspace(low, np.where(high > low, high, low + 1.0), cells + 1, axis=1)
     cell = np.stack([np.searchsorted(edges[k, 1:-1], arm[:, k], side="right") for k in range(len(joints))])

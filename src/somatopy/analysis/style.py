@@ -5,7 +5,7 @@ Everything stays apart in grey: lightness, widths, dashes and markers differ whe
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,16 +20,21 @@ if TYPE_CHECKING:
 
 __all__ = [
     "BAND",
+    "BEYOND",
     "BORDER",
     "CEILING",
     "CONTROLS",
     "HITS",
     "MAP",
     "MISSES",
+    "NOTHING",
     "PAPER",
+    "RUNNING",
     "RUNS",
     "TREND",
-    "mark",
+    "UNSEEN",
+    "marks",
+    "run_look",
     "save",
     "source",
     "style",
@@ -38,11 +43,18 @@ __all__ = [
 # Red, blue and green as in the paper.
 HITS, TREND, BORDER, PAPER = "#e0453a", "#123a8c", "#2f9e44", "#7a7a7a"
 BAND = "#dfe3ea"
+#: What was counted over a running minute, behind what was counted over windows.
+RUNNING = "#eea09a"
 CEILING, UNSEEN = "#222222", "#ececec"
 #: Lightness rises evenly, so that it reads in grey and without colour vision.
 MAP = "cividis"
 #: Light is where the hand is seen.
 MISSES = "cividis_r"
+#: Where nothing is known: no colour of a scale comes near. That of the misses has greys, that of beliefs ends in white.
+NOTHING, BEYOND = "#ffffff", "#f2dfb8"
+
+#: Letters of a name at a border to an inch.
+LETTERS = 12.0
 
 #: Colour, dashes and marker of the controls, in the order in which they score.
 CONTROLS = (
@@ -113,9 +125,28 @@ def source(summary: Mapping[str, Any]) -> str:
     return ", ".join([*parts, *([f"{motion} motion"] if motion else []), f"seed {summary['seed']}"])
 
 
-def mark(axes: Axes, at: float, text: str) -> None:
-    """A green line at a border in time, with its name on top."""
-    axes.axvline(at, color=BORDER, lw=1.4, zorder=1)
-    side, shift = ("left", 4) if at < 0.85 * axes.get_xlim()[1] else ("right", -4)
-    where = ("data", "axes fraction")
-    axes.annotate(text, (at, 1.0), (shift, -3), where, "offset points", color=BORDER, size=9.0, va="top", ha=side)
+def run_look(index: int) -> tuple[str, tuple[float, ...]]:
+    """Colour and dashes of one of several runs: of 36 no two are alike."""
+    n = len(RUNS)
+    return RUNS[index % n][0], RUNS[(index + index // n) % n][1]
+
+
+def marks(axes: Axes, borders: Sequence[tuple[float, str]]) -> None:
+    """Green lines at borders in time, with their names on top.
+
+    A name that would overprint the one before stands one line lower. Draw them when the axis has its limits.
+    """
+    low, high = axes.get_xlim()
+    figure: Any = axes.figure
+    room = axes.get_position().width * figure.get_figwidth() * LETTERS
+    ends: list[float] = []
+    for at, text in sorted(borders):
+        axes.axvline(at, color=BORDER, lw=1.4, zorder=1)
+        width = (len(text) + 2) / room * (high - low)
+        left = at < 0.85 * high
+        start = at if left else at - width
+        row = next((k for k, end in enumerate(ends) if end <= start), len(ends))
+        ends[row:] = [start + width, *ends[row + 1 :]]
+        look: Any = {"color": BORDER, "size": 9.0, "va": "top", "ha": "left" if left else "right"}
+        shift = (4 if left else -4, -3 - 11 * row)
+        axes.annotate(text, (at, 1.0), shift, ("data", "axes fraction"), "offset points", **look)

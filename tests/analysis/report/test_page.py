@@ -16,6 +16,7 @@ from somatopy.analysis.claims import judge
 from somatopy.analysis.figures import FIGURES, save
 from somatopy.analysis.report import Source, render_report, write_report
 from somatopy.analysis.runs import RunFolderError
+from somatopy.analysis.style import BEYOND, MISSES, NOTHING, TREND, run_look
 from somatopy.analysis.table import comparison
 
 SCRIPT = re.compile(r"<script[^>]*>.*?</script>", re.DOTALL)
@@ -90,7 +91,7 @@ def test_plots_carry_the_runs_numbers(page: str, rich_folder: Path) -> None:
     assert set(plots) == {"hits", "efficiency", "arm", "head", "gaze", "misses", *knowledge}
     names = [trace["name"] for trace in plots["efficiency"]["data"]]
     geometric = [f"{name} (geometric eye)" for name in ("this run", "frozen", "random")]
-    assert names == ["ceiling", "reactive bound", *geometric]
+    assert names == ["ceiling", "reactive bound", "running minute", *geometric]
     assert len(plots["misses"]["data"]) == 6 * 2
     assert len(plots["misses"]["layout"]["updatemenus"][0]["buttons"]) == 6
     assert plots["hits"]["layout"]["shapes"][0]["x0"] == 5
@@ -193,13 +194,50 @@ def test_runs_side_by_side(rich_folder: Path, rich_copy: Any) -> None:
     page = render_report([Source.of(rich_folder, "first"), Source.of(rich_copy.path, "second")])
     words = text_of(page)
     assert "2 runs compared" in words
-    for part in ("seed 7 8", "phases.0.frames 22500 13500", "phases.1.frames 18000 13500"):
+    for part in ("seed 7 first 8 second", "phases.0.frames 22500 first 13500 second"):
         assert part in words
     assert "learner.kind hebbian hebbian" not in words
     assert words.count("cannot tell") >= 2
     for name in ("hits", "efficiency", "arm", "head", "gaze"):
         names = [trace.get("name") for trace in plots_of(page)[name]["data"]]
         assert "first" in names and "second" in names
+
+
+def test_a_run_of_three_minutes_has_curves(make_run: Any) -> None:
+    """Time is in minutes; hits and share are drawn, and what cannot be told is one line that says why."""
+    page = render_report([Source.of(make_run(np.arange(2700) % 2 == 0).path)])
+    plots, words = plots_of(page), text_of(page)
+    for name in ("hits", "efficiency"):
+        assert plots[name]["layout"]["xaxis"]["title"]["text"] == "robot time, in minutes"
+        assert plots[name]["layout"]["xaxis"]["range"][1] == pytest.approx(3.03)
+    assert [trace["name"] for trace in plots["hits"]["data"]] == ["running minute, × 5"]
+    (line,) = re.findall(r"None of the 12 claims can be told from this run: [^.]*", words)
+    assert "the run has no damaged phase (5)" in line and "the run is too short (3)" in line
+    assert words.index("Over time") < words.index("The paper's claims")
+    assert "This run lasted 3, so that there are none to show." in words
+
+
+def test_many_runs_are_told_apart() -> None:
+    """No two of 36 have the same colour and dashes."""
+    assert len({run_look(k) for k in range(36)}) == 36
+
+
+def test_nothing_known_has_a_colour_of_its_own() -> None:
+    """What is beyond differs from all of the scale of beliefs, what is empty from all of that of misses (CIE Lab)."""
+    from matplotlib import colormaps
+    from matplotlib.colors import to_rgb
+
+    def lab(colors: Any) -> np.ndarray:
+        rgb = np.atleast_2d(colors)
+        linear = np.where(rgb > 0.04045, ((rgb + 0.055) / 1.055) ** 2.4, rgb / 12.92)
+        xyz = linear @ np.array([[0.4124, 0.2126, 0.0193], [0.3576, 0.7152, 0.1192], [0.1805, 0.0722, 0.9505]])
+        f = np.cbrt(xyz / [0.9505, 1.0, 1.089])
+        return np.column_stack([116 * f[:, 1] - 16, 500 * (f[:, 0] - f[:, 1]), 200 * (f[:, 1] - f[:, 2])])
+
+    shares = np.linspace(0, 1, 50)
+    beliefs = np.ones(3) + shares[:, None] * (np.array(to_rgb(TREND)) - 1)
+    for color, scale in ((BEYOND, beliefs), (NOTHING, colormaps[MISSES](shares)[:, :3])):
+        assert np.linalg.norm(lab(to_rgb(color)) - lab(scale), axis=1).min() > 20
 
 
 def test_runs_of_one_name_are_told_apart(tmp_path: Path, make_run: Any) -> None:

@@ -89,6 +89,8 @@ def test_many_conditions_have_a_plot_each(make_study: Any) -> None:
     assert [*plots] == [f"hits-{k}" for k in range(20)]
     assert len({json.dumps(plot["layout"]["yaxis"]["range"]) for plot in plots.values()}) == 1
     assert [len(plot["data"]) for plot in plots.values()] == [3] + 19 * [4]
+    assert page.index('id="plot-hits-11"') < page.index('<details class="more">') < page.index('id="plot-hits-12"')
+    assert "8 more conditions" in text_of(page)
     words = text_of(page)
     assert "Bands are 95 % intervals of the mean" in words and "Dotted: the mean of condition 0" in words
     assert words.index("condition 9 1, intact") < words.index("condition 10 1, intact")

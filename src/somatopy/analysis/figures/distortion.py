@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from somatopy.analysis.described import on_papers_robot
+from somatopy.analysis.figures.time_axis import over_time, plot
 from somatopy.analysis.runs import Run
-from somatopy.analysis.series import borders, distance_units, distortion, in_shares, phase_starts
-from somatopy.analysis.style import HITS, PAPER, TREND, mark, source, style
+from somatopy.analysis.series import distance_units, distortion, in_minutes, in_shares, phase_starts
+from somatopy.analysis.style import HITS, PAPER, TREND, source, style
 from somatopy.analysis.summary import summarise
 from somatopy.clock import DISTORTION_WIDTH
 
@@ -42,30 +44,22 @@ def _figure(run: Run, side: str, color: str) -> Figure | None:
     with style():
         figure = Figure(figsize=(8.0, 3.6), layout="constrained")
         axes = figure.add_subplot()
-        axes.plot(at, means, color=color, lw=1.6, zorder=3)
-        _scale(axes, summary, float(means.max()))
+        plot(axes, at, means, color=color, lw=1.6, zorder=3)
+        top = float(np.nanmax(means))
+        axes.set_ylim(0, 1.2 * top if top > 0 else 1.0)
         if side == "head" and in_shares(unit) and on_papers_robot(run):
-            _draw_paper_band(axes, summary)
-        for border, name in borders(summary["phases"]):
-            mark(axes, border, name)
+            _draw_paper_band(axes)
+        unit_of_time = "minutes" if in_minutes(phase_starts(summary["phases"])[-1]) else "5-minute windows"
+        over_time([axes], summary["phases"], text=f"robot time, in {unit_of_time}")
         axes.set_title(f"Distortion of the {side} map: {source(summary)}")
-        axes.set_xlabel("robot time, in 5-minute windows")
         measured = f"mean distance from {side} posture\nto winner, last {DISTORTION_WIDTH:,} inputs"
         axes.set_ylabel(f"{measured}\n({'1 = a joint’s whole range' if in_shares(unit) else unit})")
     return figure
 
 
-def _scale(axes: Axes, summary: Mapping[str, Any], top: float) -> None:
-    end = max(phase_starts(summary["phases"])[-1], 1.0)
-    axes.set_xlim(-0.015 * end, end)
-    axes.set_ylim(0, 1.2 * top if top > 0 else 1.0)
-    axes.locator_params(axis="x", integer=True)
-
-
-def _draw_paper_band(axes: Axes, summary: Mapping[str, Any]) -> None:
+def _draw_paper_band(axes: Axes) -> None:
     low, high = PAPER_HEAD_BAND
     axes.set_ylim(0, max(axes.get_ylim()[1], 1.2 * high))
     axes.axhspan(low, high, facecolor="#f0f0f0", edgecolor=PAPER, lw=0.8, ls=(0, (5, 2.5)), zorder=0)
-    end = axes.get_xlim()[1]
-    style: Any = {"color": "#5f5f5f", "size": 9.0, "ha": "right", "va": "top"}
-    axes.text(0.99 * end, high - 0.0006, "the paper's run after 10 min: 0.01 to 0.02", **style)
+    look: Any = {"color": "#5f5f5f", "size": 9.0, "ha": "right", "va": "top", "transform": axes.get_yaxis_transform()}
+    axes.text(0.99, high - 0.0006, "the paper's run after 10 min: 0.01 to 0.02", **look)

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 from somatopy.analysis.band import spread_of
 from somatopy.analysis.described import on_papers_robot
+from somatopy.analysis.figures.time_axis import over_time, plot
 from somatopy.analysis.runs import Run
-from somatopy.analysis.series import borders, phase_starts
-from somatopy.analysis.style import BAND, HITS, PAPER, TREND, mark, source, style
+from somatopy.analysis.series import in_minutes, phase_starts, running_rate
+from somatopy.analysis.style import BAND, HITS, PAPER, RUNNING, TREND, source, style
 from somatopy.analysis.summary import summarise
 from somatopy.analysis.table import paper_lines
 from somatopy.analysis.trends import MIN_WINDOWS, Trend, segments
@@ -22,7 +23,13 @@ if TYPE_CHECKING:
 
 __all__ = ["figure3"]
 
-LEGEND = ("hits, this run", "trend, this run", "trend, the paper's run", "other seeds, geometric eye")
+LEGEND = (
+    "hits, this run",
+    "trend, this run",
+    "trend, the paper's run",
+    "other seeds, geometric eye",
+    "running minute, × 5",
+)
 
 
 def figure3(run: Run | Mapping[str, Any]) -> Figure:
@@ -30,11 +37,12 @@ def figure3(run: Run | Mapping[str, Any]) -> Figure:
 
     A window is drawn where it starts, so that a trend's intercept lies at its segment's first window. The paper's own
     regression lines start where the run's segments start and are as long as both allow; a run of another robot is
-    drawn without them. Behind them a band reaches from the lowest to the highest of the seeds that went beside the run,
+    drawn without them. The running minute stands behind, scaled to five minutes, so that a run of three minutes has a
+    curve as well. Behind all, a band reaches from the lowest to the highest of the seeds that went beside the run,
     if any did.
 
     Args:
-        run: an open run folder, or a summary.
+        run: an open run folder, or a summary, which knows neither band nor running minutes.
     """
     from matplotlib.figure import Figure
 
@@ -45,18 +53,19 @@ def figure3(run: Run | Mapping[str, Any]) -> Figure:
         starts = phase_starts(summary["phases"])
         if isinstance(run, Run):
             _draw_band(axes, run)
+            _draw_running(axes, run, 1.6 if in_minutes(starts[-1]) else 0.9)
         if not isinstance(run, Run) or on_papers_robot(run):
             _draw_paper(axes, summary["phases"], starts)
         for phase, start in zip(summary["phases"], starts, strict=False):
             _draw_phase(axes, phase, start)
-        _scale(axes, starts[-1])
-        _mark_borders(axes, summary["phases"], starts)
+        _scale(axes)
+        over_time([axes], summary["phases"], _later_segments(summary["phases"], starts))
         _label(axes, summary)
         _note_shortness(axes, summary["phases"])
         entries = {str(drawn.get_label()): drawn for drawn in (*axes.get_lines(), *axes.collections)}
         named = [label for label in LEGEND if label in entries]
         figure.legend(
-            [entries[label] for label in named], named, loc="outside lower center", ncols=3 if len(named) < 4 else 2
+            [entries[label] for label in named], named, loc="outside lower center", ncols=2 if len(named) == 4 else 3
         )
     return figure
 
@@ -65,6 +74,16 @@ def _draw_band(axes: Axes, run: Run) -> None:
     spread = spread_of(run)
     if spread is not None:
         axes.fill_between(spread.at, spread.low, spread.high, color=BAND, lw=0, label=LEGEND[3], zorder=1)
+
+
+def _draw_running(axes: Axes, run: Run, width: float) -> None:
+    at, percent = running_rate(run)
+    plot(axes, at, _hits(percent), color=RUNNING, lw=width, label=LEGEND[4], zorder=2)
+
+
+def _draw_running(axes: Axes, run: Run, width: float) -> None:
+    at, percent = running_rate(run)
+    plot(axes, at, _hits(percent), color=RUNNING, lw=width, label=LEGEND[4], zorder=2)
 
 
 def _draw_phase(axes: Axes, phase: Mapping[str, Any], start: float) -> None:
@@ -99,25 +118,20 @@ def _segments(phase: Mapping[str, Any]) -> list[range]:
     return [cut for cut in segments(windows, breaks) if cut]
 
 
-def _mark_borders(axes: Axes, phases: Sequence[Mapping[str, Any]], starts: Sequence[float]) -> None:
-    for at, name in borders(phases):
-        mark(axes, at, name)
-    for index, phase in enumerate(phases):
-        for cut in _segments(phase)[1:]:
-            mark(axes, starts[index] + cut.start, "next trend")
+def _later_segments(phases: Sequence[Mapping[str, Any]], starts: Sequence[float]) -> list[tuple[float, str]]:
+    """Where a phase has a further trend."""
+    cuts = [(starts[index], _segments(phase)[1:]) for index, phase in enumerate(phases)]
+    return [(start + cut.start, "next trend") for start, found in cuts for cut in found]
 
 
-def _scale(axes: Axes, end: float) -> None:
-    axes.set_xlim(-0.015 * max(end, 1.0), max(end, 1.0))
+def _scale(axes: Axes) -> None:
     # One scale for most runs, so that figures compare at a glance; the room on top is for the words at the borders.
     axes.set_ylim(0, max(0.8 * WINDOW, 1.15 * axes.dataLim.y1))
-    axes.locator_params(axis="x", integer=True)
     axes.yaxis.set_major_formatter("{x:,.0f}")
 
 
 def _label(axes: Axes, summary: Mapping[str, Any]) -> None:
     axes.set_title(f"Hand seen: {source(summary)}")
-    axes.set_xlabel("5-minute windows of robot time, each drawn where it starts")
     axes.set_ylabel("hits per 5-minute window (frames)")
     axes.secondary_yaxis("right", functions=(_percent, _hits)).set_ylabel("hit rate (%)")
 
@@ -139,4 +153,4 @@ def _note_shortness(axes: Axes, phases: Sequence[Mapping[str, Any]]) -> None:
         text = f"no trend: no segment has {MIN_WINDOWS} windows"
     else:
         return
-    axes.text(0.5, 0.5 if not sum(windows) else 0.03, text, transform=axes.transAxes, ha="center", color=PAPER)
+    axes.text(0.5, 0.03, text, transform=axes.transAxes, ha="center", color=PAPER)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from somatopy.analysis.columns import readable
+from somatopy.analysis.order import Order, order_of
 from somatopy.analysis.phases import played
 from somatopy.analysis.runs import Run
 from somatopy.analysis.snapshots import Snapshot, paper_snapshot
@@ -25,7 +26,8 @@ if TYPE_CHECKING:
 __all__ = ["figure2", "joint_pairs"]
 
 LINKS = 150
-FEWER_LINKS = 60
+#: Links in joint space: the strongest of as many head units.
+FEWER_LINKS = 16
 EDGE = "#7f7f7f"
 
 
@@ -34,7 +36,7 @@ class _Map:
     """A map as a reader is shown it: angles in degrees, lengths in metres.
 
     `at` are the units' postures (units, joints), `limits` the joints' (joints, 2), `joints` and `signs` their names and
-    the signs of their units, `shape` the lattice's.
+    the signs of their units, `shape` the lattice's, `order` how far it is ordered.
     """
 
     title: str
@@ -43,12 +45,14 @@ class _Map:
     shape: tuple[int, int]
     joints: Sequence[str]
     signs: Sequence[str]
+    order: Order
 
     @classmethod
-    def of(cls, run: Run, side: str, postures: Floats, limits: Floats, shape: tuple[int, int]) -> _Map:
+    def of(cls, run: Run, order: Order, postures: Floats, limits: Floats, shape: tuple[int, int]) -> _Map:
+        side = order.side
         factors, signs = zip(*map(readable, run.units(side)), strict=True)
         shown = postures * np.array(factors), limits * np.array(factors)[:, None]
-        return cls(f"{side} map", *shown, shape, run.joints(side), signs)
+        return cls(f"{side} map", *shown, shape, run.joints(side), signs, order)
 
     def spots(self, a: int, b: int) -> Floats:
         """Where each unit is drawn over two joints, (units, 2); over a single one by its row in the lattice."""
@@ -64,7 +68,9 @@ def figure2(run: Run) -> Figure | None:
 
     Units are coloured by the head's first joint: head units by their own angle, arm units by that of the head unit
     which their strongest link leads to, so that the gaze learned is seen on the arm map. Links shown are the strongest
-    of their arm unit: in lattice space the 150 strongest of those, in joint space 60; width grows with weight.
+    of their arm unit: in lattice space the 150 strongest of those; in joint space 16 that lead to different head units,
+    in the colour of the gaze. Width grows with weight. The lattice is drawn in joint space where it has some order, see
+    `order_of`; of a map without any it would be a tangle, and the title says so.
 
     Args:
         run: an open run folder.
@@ -78,8 +84,9 @@ def figure2(run: Run) -> Figure | None:
     maps = paper_snapshot(run, path) if path else None
     if maps is None:
         return None
-    arm = _Map.of(run, "arm", maps.arm_postures(), maps.arm_limits, maps.arm_shape)
-    head = _Map.of(run, "head", maps.head_postures(), maps.head_limits, maps.head_shape)
+    arm_order, head_order = order_of(run, maps)
+    arm = _Map.of(run, arm_order, maps.arm_postures(), maps.arm_limits, maps.arm_shape)
+    head = _Map.of(run, head_order, maps.head_postures(), maps.head_limits, maps.head_shape)
     with style():
         figure = Figure(figsize=(11.0, 8.6), layout="constrained")
         rows: Any = figure.subfigures(2, 1, height_ratios=[1, 1], hspace=0.04)
@@ -167,12 +174,13 @@ def _joint_space(figure: Any, maps: Snapshot, arm: _Map, head: _Map) -> None:
         _draw_map(axes, arm, pair, yaw, head.limits[0])
     _draw_map(panels[1], head, over, head.at[:, 0], head.limits[0])
     for axes, pair in zip(order, pairs, strict=True):
-        _draw_links_between(figure, axes, panels[1], arm.spots(*pair), head.spots(*over), maps)
+        _draw_links_between(figure, axes, panels[1], (arm, pair), (head, over), maps)
 
 
 def _draw_map(axes: Axes, drawn: _Map, pair: tuple[int, int], colors: Floats, limits: Floats) -> None:
     at, (a, b) = drawn.spots(*pair), pair
-    _draw_edges(axes, at, drawn.shape)
+    if drawn.order.word != "not ordered":
+        _draw_edges(axes, at, drawn.shape)
     linked = np.isfinite(colors)
     axes.scatter(
         at[~linked, 0], at[~linked, 1], s=5.0, facecolor="white", edgecolor="#9a9a9a", linewidths=0.5, zorder=3
@@ -182,7 +190,7 @@ def _draw_map(axes: Axes, drawn: _Map, pair: tuple[int, int], colors: Floats, li
     up = drawn.label(b) if a != b else "row in the lattice"
     axes.set_xlabel(drawn.label(a))
     axes.set_ylabel(up, bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.0})
-    axes.set_title(f"{drawn.title}, joint space")
+    axes.set_title(f"{drawn.title}, joint space{_order_text(drawn.order)}", fontsize=10.0)
     axes.grid(False)
 
 
@@ -210,13 +218,32 @@ def _draw_links(axes: Axes, left: Floats, right: Floats, maps: Snapshot) -> None
         axes.add_collection(LineCollection(list(ends), **look))
 
 
-def _draw_links_between(figure: Any, a: Axes, b: Axes, left: Floats, right: Floats, maps: Snapshot) -> None:
+def _order_text(order: Order) -> str:
+    return "" if order.error is None else f"\n{order.word}: topographic error {order.error:.2f}"
+
+
+def _apart(maps: Snapshot) -> Any:
+    """The strongest links that lead to different head units: arm units, head units, weights."""
+    pre, post, weights = maps.gaze_links()
+    chosen = np.sort(np.unique(post, return_index=True)[1])[:FEWER_LINKS]
+    return pre[chosen], post[chosen], weights[chosen]
+
+
+def _draw_links_between(
+    figure: Any, a: Axes, b: Axes, arm: tuple[_Map, Any], head: tuple[_Map, Any], maps: Snapshot
+) -> None:
     """Draw links across two panels."""
+    from matplotlib import colormaps
     from matplotlib.patches import ConnectionPatch
 
-    pre, post, weights = (found[:FEWER_LINKS] for found in maps.gaze_links())
+    pre, post, weights = _apart(maps)
+    gaze, (low, high) = head[0].at[:, 0], head[0].limits[0]
+    left, right = (drawn.spots(*pair) for drawn, pair in (arm, head))
     for axes in (a, b):
         axes.patch.set_visible(False)  # links lie under the units, and under the labels between the panels
-    for start, end, width in zip(left[pre], right[post], _widths(weights, 1.4) if len(pre) else [], strict=True):
-        look: Any = {"color": CEILING, "lw": width, "alpha": 0.35, "zorder": -1}
-        figure.add_artist(ConnectionPatch(tuple(start), tuple(end), a.transData, b.transData, **look))
+    for i, j, width in zip(pre, post, _widths(weights, 2.6) if len(pre) else [], strict=True):
+        color = colormaps[MAP]((gaze[j] - low) / (high - low))
+        ends: Any = (tuple(left[i]), tuple(right[j]), a.transData, b.transData)
+        figure.add_artist(ConnectionPatch(*ends, color=color, lw=width + 0.6, alpha=0.9, zorder=-1))
+        for axes, spot in ((a, left[i]), (b, right[j])):
+            axes.scatter(*spot, s=34.0, color=color, edgecolor=CEILING, linewidths=0.9, zorder=5)

@@ -11,7 +11,7 @@ import numpy as np
 from somatopy.analysis.phases import phase_names
 from somatopy.analysis.regions import FEW, Regions, arm_regions
 from somatopy.analysis.runs import Run
-from somatopy.analysis.style import HITS, MISSES, TREND, UNSEEN, source, style
+from somatopy.analysis.style import HITS, MISSES, NOTHING, TREND, source, style
 from somatopy.analysis.summary import summarise
 
 if TYPE_CHECKING:
@@ -71,7 +71,8 @@ def _draw_pair(axes: Axes, regions: Regions, x: int, y: int) -> Any:
     a, b = min(x, y), max(x, y)
     share = regions.share(a, b)
     cells = 100 * (share.T if x == a else share)
-    axes.set_facecolor(UNSEEN)
+    axes.set_facecolor(NOTHING)
+    axes.patch.set(hatch="////", edgecolor="#dcdcdc", linewidth=0)
     look: Any = {"cmap": MISSES, "vmin": 0, "vmax": 100, "rasterized": True}
     return axes.pcolormesh(regions.borders(x), regions.borders(y), np.ma.masked_invalid(cells), **look)
 
@@ -105,9 +106,12 @@ def _label(axes: Axes, row: int, column: int, regions: Regions) -> None:
 
 def _title(figure: Figure, panels: Any, summary: Mapping[str, Any], names: list[str], first: int, last: int) -> None:
     where = names[first] if first == last else f"below the diagonal {names[first]}, above it {names[last]}"
-    few = f"grey: fewer than {FEW} frames"
+    few = f"hatched: fewer than {FEW} frames"
     if panels.size == 1:
-        where, few = names[first] if first == last else f"{names[first]} and {names[last]}", few.replace("grey", "gaps")
+        where, few = (
+            names[first] if first == last else f"{names[first]} and {names[last]}",
+            few.replace("hatched", "gaps"),
+        )
     said = f"How often each arm region is missed: {source(summary)}", f"{where}; {few}"
     room = int(LETTERS * figure.get_figwidth())
     text = "\n".join(line for whole in said for line in wrap(whole, room))

@@ -13,7 +13,7 @@ from somatopy.analysis.columns import readable
 from somatopy.analysis.phases import phase_title
 from somatopy.analysis.runs import Run
 from somatopy.analysis.sight import Beliefs, beliefs_of
-from somatopy.analysis.style import TREND, UNSEEN
+from somatopy.analysis.style import BEYOND, TREND
 from somatopy.clock import FRAMES_PER_MINUTE
 from somatopy.percept import Floats, Ints
 
@@ -119,7 +119,7 @@ def _png(shade: Grid) -> str:
     """A small picture, one pixel a gaze."""
     from PIL import Image
 
-    ends = [np.array([int(color[k : k + 2], 16) for k in (1, 3, 5)]) for color in ("#ffffff", TREND, UNSEEN)]
+    ends = [np.array([int(color[k : k + 2], 16) for k in (1, 3, 5)]) for color in ("#ffffff", TREND, BEYOND)]
     steps = [ends[0] + (ends[1] - ends[0]) * level / LEVELS for level in range(LEVELS + 1)]
     picture, file = Image.fromarray(shade.astype(np.uint8)), io.BytesIO()
     picture.putpalette(np.rint([*steps, ends[2]]).astype(np.uint8).ravel().tolist())

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,78 +12,99 @@ from somatopy.analysis.bounds import ceiling_shares, reactive_efficiency
 from somatopy.analysis.columns import readable
 from somatopy.analysis.described import on_papers_robot
 from somatopy.analysis.figures.distortion import PAPER_HEAD_BAND
-from somatopy.analysis.figures.efficiency import line
-from somatopy.analysis.phases import phase_title
+from somatopy.analysis.figures.efficiency import rates
+from somatopy.analysis.phases import phase_title, played
 from somatopy.analysis.regions import Regions, arm_regions
+from somatopy.analysis.report.plots import add, dashes, label, look, over_time, plain_figure, restyle
 from somatopy.analysis.runs import Run
-from somatopy.analysis.series import borders, distance_units, distortion, gaze_error, in_shares, phase_starts
+from somatopy.analysis.series import (
+    borders,
+    ceiling_line,
+    distance_units,
+    distortion,
+    gaze_error,
+    in_minutes,
+    in_shares,
+    levels,
+    line,
+    phase_starts,
+    running_ceiling,
+    running_rate,
+)
 from somatopy.analysis.standings import OWN, Standing
-from somatopy.analysis.style import BAND, BORDER, CEILING, CONTROLS, HITS, PAPER, RUNS, TREND, UNSEEN
+from somatopy.analysis.style import BAND, CEILING, CONTROLS, HITS, NOTHING, PAPER, RUNNING, TREND
 from somatopy.analysis.table import paper_lines
 from somatopy.analysis.trends import Trend
-from somatopy.clock import WINDOW
+from somatopy.clock import TEN_SECONDS, WINDOW
 from somatopy.percept import Floats
 
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
 
-__all__ = [
-    "TIME",
-    "distortion_chart",
-    "efficiency_chart",
-    "gaze_chart",
-    "hits_chart",
-    "look",
-    "misses_chart",
-    "plain_figure",
-]
+__all__ = ["distortion_chart", "efficiency_chart", "gaze_chart", "hits_chart", "misses_chart"]
 
 Summary = Mapping[str, Any]
 #: A run to be drawn: its name in legends, the folder, its summary.
 Drawn = tuple[str, Run, Summary]
 
-TIME = "robot time, in 5-minute windows"
-FONT = "system-ui, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif"
+#: Letters of a run's name in a line of the legend.
+NAME = 48
+#: Points of the running minute in a window.
+TENS_OF_WINDOW = WINDOW // TEN_SECONDS
 
 
 def hits_chart(runs: Sequence[Drawn]) -> Figure:
-    """Hits per window with trends, the paper's beside them (its Figure 3)."""
-    figure = _figure("hits per 5-minute window (frames)", runs)
-    if len(runs) == 1:
+    """Hits per window and over a running minute, with trends, the paper's beside them (its Figure 3)."""
+    figure, alone = _figure("hits per 5-minute window (frames)"), len(runs) == 1
+    if alone:
         _add_band(figure, runs[0][1])
         _add_paper(figure, *runs[0][1:])
-    for index, (name, _, summary) in enumerate(runs):
-        color, dash = (HITS, "solid") if len(runs) == 1 else look(index)
-        counts = [phase["hits_per_window"] for phase in summary["phases"]]
-        at, percent = line([[count / WINDOW for count in found] for found in counts], summary["phases"])
-        label = "hits, this run" if len(runs) == 1 else name
-        _add(figure, at, percent * WINDOW / 100, label, color, dash=dash, mode="lines+markers", decimals=0)
-        _add_trends(figure, summary, TREND if len(runs) == 1 else color, len(runs) == 1)
+        _add_running(figure, runs[0][1], WINDOW / 100, None, RUNNING)
+    for index, (name, run, summary) in enumerate(runs):
+        color, dash = (HITS, "solid") if alone else look(index)
+        at, percent = line(rates(summary), summary["phases"])
+        shown: Any = {} if alone else {"legendgroup": name}
+        text = "hits, this run" if alone else _called(name)
+        if len(at) > len(played(summary["phases"])) or not alone:
+            add(figure, at, percent * WINDOW / 100, text, color, dash=dash, mode="lines+markers", decimals=0, **shown)
+        if not alone and _is_short(summary):
+            _add_running(figure, run, WINDOW / 100, name, color)
+        _add_trends(figure, summary, TREND if alone else color, None if alone else name)
     figure.update_yaxes(rangemode="tozero")
-    return figure
+    return _finished(figure, runs)
 
 
 def efficiency_chart(runs: Sequence[Drawn], standings: Mapping[str, Sequence[Standing]]) -> Figure:
     """Share of frames with the hand in view, with ceiling, reactive bound and controls.
 
     Args:
-        runs: what is drawn; bounds and controls only of a run that is alone.
+        runs: what is drawn.
         standings: of each run, by its name.
     """
-    figure = _figure("frames with the hand in view (%)", runs)
-    if len(runs) == 1:
+    figure, alone = _figure("frames with the hand in view (%)"), len(runs) == 1
+    if alone:
         _add_bounds(figure, runs[0][1], runs[0][2])
-    for index, (name, _, summary) in enumerate(runs):
-        color, dash = (HITS, "solid") if len(runs) == 1 else look(index)
+        _add_running(figure, runs[0][1], 1.0, None, RUNNING)
+    else:
+        _add_ceilings(figure, runs)
+    for index, (name, run, summary) in enumerate(runs):
+        color, dash = (HITS, "solid") if alone else look(index)
         own = next(found for found in standings[name] if found.name == OWN)
-        label = f"{OWN} ({own.eye} eye)" if len(runs) == 1 else name
-        _add(figure, *_rates(summary), label, color, dash=dash, mode="lines+markers")
-    controls = [found for found in standings[runs[0][0]] if found.summary and found.name != OWN]
-    for control, (color, dashes, _) in zip(controls if len(runs) == 1 else [], CONTROLS * 9, strict=False):
-        assert control.summary is not None
-        _add(figure, *_rates(control.summary), f"{control.name} ({control.eye} eye)", color, dash=_dash(dashes))
-    figure.update_yaxes(range=[0, 100])
-    return figure
+        text = f"{OWN} ({own.eye} eye)" if alone else _called(name)
+        shown: Any = {} if alone else {"legendgroup": name}
+        mode = "lines+markers" if any(phase["hits_per_window"] for phase in summary["phases"]) else "lines"
+        add(figure, *_levels(summary), text, color, dash=dash, mode=mode, **shown)
+        if not alone and _is_short(summary):
+            _add_running(figure, run, 1.0, name, color)
+    with_controls = next((name for name, run, _ in runs if run.controls), None)
+    if with_controls is not None:
+        _add_controls(figure, "" if alone else with_controls, standings[with_controls])
+    figure.update_yaxes(range=[0, 102])
+    return _finished(figure, runs)
+
+
+def _is_short(summary: Summary) -> bool:
+    return in_minutes(phase_starts(summary["phases"])[-1])
 
 
 def distortion_chart(runs: Sequence[Drawn], side: str) -> Figure | None:
@@ -95,18 +115,18 @@ def distortion_chart(runs: Sequence[Drawn], side: str) -> Figure | None:
     units = {name: "" if in_shares(unit := distance_units(run)[side]) else unit for name, run, _ in runs}
     alike = len(set(units.values())) == 1
     unit = units[runs[0][0]] if alike else "in the unit named"
-    figure = _figure(f"distortion of the {side} map{unit and f' ({unit})'}", runs, height=300)
+    figure = _figure(f"distortion of the {side} map{unit and f' ({unit})'}", height=300)
     for index, (name, (at, means)) in enumerate(found.items()):
         color, dash = (HITS if side == "arm" else TREND, "solid") if len(runs) == 1 else look(index)
-        label = f"{side} map" if len(runs) == 1 else name if alike else f"{name}, {units[name] or '[0, 1]'}"
-        _add(figure, at, means, label, color, dash=dash, decimals=4)
+        label = f"{side} map" if len(runs) == 1 else _called(name if alike else f"{name}, {units[name] or '[0, 1]'}")
+        add(figure, at, means, label, color, dash=dash, decimals=4)
     if side == "head" and not unit and any(on_papers_robot(run) for _, run, _ in runs):
         low, high = PAPER_HEAD_BAND
         note = {"annotation_text": "the paper, after 10 min", "annotation_position": "top right"}
         figure.add_hrect(low, high, fillcolor="#f0f0f0", line_width=0, layer="below", **note)
     figure.update_yaxes(rangemode="tozero")
     figure.update_layout(showlegend=len(runs) > 1)
-    return figure
+    return _finished(figure, runs)
 
 
 def gaze_chart(runs: Sequence[Drawn]) -> Figure | None:
@@ -114,16 +134,25 @@ def gaze_chart(runs: Sequence[Drawn]) -> Figure | None:
     found = {name: gaze_error(run) for name, run, _ in runs}
     if not any(len(at) for at, _ in found.values()):
         return None
-    figure = _figure("gaze error (degrees)", runs, height=320)
+    figure = _figure("gaze error (degrees)", height=320)
     for index, (name, (at, angles)) in enumerate(found.items()):
         color, dash = (TREND, "solid") if len(runs) == 1 else look(index)
         if len(runs) == 1:
-            _add(figure, at, angles[:, 3], "95th percentile", PAPER, dash="dot", decimals=1)
-            _add(figure, at, angles[:, 2], "upper quartile", "#9db0d8", decimals=1, width=0.8, showlegend=False)
-            _add(figure, at, angles[:, 0], "middle half", "#9db0d8", decimals=1, width=0.8, fill="tonexty")
-        _add(figure, at, angles[:, 1], "median" if len(runs) == 1 else name, color, dash=dash, decimals=1)
+            add(figure, at, angles[:, 3], "95th percentile", PAPER, dash="dot", decimals=1)
+            _add_middle_half(figure, at, angles)
+        add(figure, at, angles[:, 1], "median" if len(runs) == 1 else _called(name), color, dash=dash, decimals=1)
     figure.update_yaxes(rangemode="tozero")
-    return figure
+    return _finished(figure, runs)
+
+
+def _add_middle_half(figure: Figure, at: Floats, angles: Floats) -> None:
+    """From the lower to the upper quartile, phase by phase: plotly fills across gaps."""
+    cuts = np.flatnonzero(np.isnan(at))
+    for k, part in enumerate(np.split(np.arange(len(at)), cuts)):
+        inside = part[np.isfinite(at[part])]
+        shown: Any = {"decimals": 1, "width": 0.8, "legendgroup": "half"}
+        add(figure, at[inside], angles[inside, 2], "upper quartile", "#9db0d8", showlegend=False, **shown)
+        add(figure, at[inside], angles[inside, 0], "middle half", "#9db0d8", fill="tonexty", showlegend=k == 0, **shown)
 
 
 def misses_chart(run: Run, summary: Summary) -> Figure | None:
@@ -143,13 +172,15 @@ def misses_chart(run: Run, summary: Summary) -> Figure | None:
     for number, pair in enumerate(pairs):
         for column, regions in enumerate(found.values(), 1):
             figure.add_trace(_heatmap(regions, *pair, visible=number == 0), 1, column)
-    _style(figure, 430)
+    restyle(figure, 430)
     any_phase = next(iter(found.values()))
     figure.update_layout(coloraxis=_coloraxis("missed (%)"), updatemenus=[_pair_menu(any_phase, pairs, len(found))])
     a, b = pairs[0]
-    figure.update_xaxes(title_text=any_phase.axis(a), showgrid=False)
-    figure.update_yaxes(title_text=any_phase.axis(b), showgrid=False, col=1)
-    figure.update_layout(plot_bgcolor=UNSEEN, margin_t=92, hovermode="closest")
+    framed = {"showgrid": False, "mirror": True, "showline": True}
+    figure.update_xaxes(title_text=any_phase.axis(a), **framed)
+    figure.update_yaxes(**framed)
+    figure.update_yaxes(title_text=any_phase.axis(b), col=1)
+    figure.update_layout(plot_bgcolor=NOTHING, margin_t=92, hovermode="closest")
     return figure
 
 
@@ -157,90 +188,38 @@ def _misses_of_one_joint(found: Mapping[str, Regions]) -> Figure:
     figure = plain_figure(360)
     for index, (title, regions) in enumerate(found.items()):
         color, dash = look(index)
-        _add(figure, _middles(regions, 0), 100 * regions.along(0), title, color, dash=dash, decimals=0)
+        add(figure, _middles(regions, 0), 100 * regions.along(0), title, color, dash=dash, decimals=0)
         figure.update_xaxes(title_text=regions.axis(0))
     figure.update_yaxes(title_text="missed (%)", range=[0, 100])
     return figure
 
 
-def _figure(title: str, runs: Sequence[Drawn], height: int = 400) -> Figure:
+def _figure(title: str, height: int = 400) -> Figure:
     figure = plain_figure(height)
-    end = max(phase_starts(summary["phases"])[-1] for _, _, summary in runs)
-    figure.update_xaxes(title_text=TIME, range=[-0.015 * max(end, 1.0), 1.01 * max(end, 1.0)])
     figure.update_yaxes(title_text=title)
-    there = sorted({border for _, _, summary in runs for border in borders(summary["phases"])})
-    for at, names in groupby(there, key=lambda border: border[0]):
-        text = ", ".join(name for _, name in names)
-        note = {"annotation_text": text, "annotation_font_color": BORDER, "annotation_position": "top right"}
-        figure.add_vline(at, line_color=BORDER, line_width=1.6, **note)
     return figure
 
 
-def plain_figure(height: int) -> Figure:
-    """An empty figure in the report's style.
-
-    Args:
-        height: px.
-    """
-    from plotly.graph_objects import Figure
-
-    figure = Figure()
-    _style(figure, height)
-    return figure
+def _finished(figure: Figure, runs: Sequence[Drawn]) -> Figure:
+    end = max(phase_starts(summary["phases"])[-1] for _, _, summary in runs)
+    return over_time(figure, end, sorted({border for _, _, summary in runs for border in borders(summary["phases"])}))
 
 
-def _style(figure: Figure, height: int) -> None:
-    axis = {"gridcolor": "#e6e6e6", "zeroline": False, "linecolor": "#222222", "ticks": "outside", "automargin": True}
-    axis |= {"title_font_size": 13}
-    figure.update_layout(
-        template="none",
-        height=height,
-        margin={"l": 70, "r": 24, "t": 40, "b": 52},
-        font={"family": FONT, "size": 13, "color": "#222222"},
-        legend={"orientation": "h", "y": 1.03, "yanchor": "bottom", "x": 0},
-        hovermode="x unified",
-        paper_bgcolor="white",
-        plot_bgcolor="white",
-    )
-    figure.update_xaxes(**axis)
-    figure.update_yaxes(**axis)
+def _called(name: str) -> str:
+    return label(name, NAME)
 
 
-def _add(
-    figure: Figure,
-    at: Floats,
-    values: Floats,
-    name: str,
-    color: str,
-    *,
-    dash: str = "solid",
-    mode: str = "lines",
-    width: float = 1.8,
-    decimals: int = 1,
-    **more: Any,
-) -> None:
-    figure.add_scatter(
-        x=np.asarray(at, dtype=np.float32),
-        y=np.asarray(values, dtype=np.float32),
-        name=name,
-        mode=mode,
-        line={"color": color, "dash": dash, "width": width},
-        marker={"size": 5},
-        hovertemplate=f"%{{y:,.{decimals}f}}",
-        **more,
-    )
-
-
-def _add_trends(figure: Figure, summary: Summary, color: str, named: bool) -> None:
-    shown = False
+def _add_trends(figure: Figure, summary: Summary, color: str, of: str | None) -> None:
+    """Trends of a run that is alone, or `of` one of several."""
+    named, shown = of is None, False
     for phase, start in zip(summary["phases"], phase_starts(summary["phases"]), strict=False):
         for entry in filter(None, phase["trends"]):
             trend = Trend(**entry)
             at = np.array([start + trend.first, start + trend.last])
             values = np.array([trend.at(0), trend.at(trend.last - trend.first)])
-            group = "trend" if named else None
+            group = of or "trend"
             more: Any = {"legendgroup": group, "showlegend": named and not shown, "hoverinfo": "skip"}
-            _add(figure, at, values, "trend, this run", color, width=3.2 if named else 2.2, **more)
+            add(figure, at, values, "trend, this run", color, width=3.2 if named else 2.2, **more)
             figure.data[-1].hovertemplate = None
             shown = True
 
@@ -255,7 +234,7 @@ def _add_paper(figure: Figure, run: Run, summary: Summary) -> None:
                 start = phase_starts(phases)[index] + paper.first
                 at, values = np.array([start, start + length]), np.array([paper.at(0), paper.at(length)])
                 more: Any = {"legendgroup": "paper", "showlegend": not shown, "hoverinfo": "skip"}
-                _add(figure, at, values, "trend, the paper's run", PAPER, dash="dash", **more)
+                add(figure, at, values, "trend, the paper's run", PAPER, dash="dash", **more)
                 figure.data[-1].hovertemplate = None
                 shown = True
 
@@ -271,35 +250,59 @@ def _add_band(figure: Figure, run: Run) -> None:
         there = at[np.isfinite(spread.at[at])]
         if len(there):
             shown: Any = {"legendgroup": "band", "hoverinfo": "skip", "showlegend": False}
-            _add(figure, spread.at[there], spread.high[there], label, BAND, width=0, **shown)
-            _add(figure, spread.at[there], spread.low[there], label, BAND, width=0, fill="tonexty", fillcolor=BAND,
+            add(figure, spread.at[there], spread.high[there], label, BAND, width=0, **shown)
+            add(figure, spread.at[there], spread.low[there], label, BAND, width=0, fill="tonexty", fillcolor=BAND,
                  **shown | {"showlegend": part == 0})  # fmt: skip
             for trace in figure.data[-2:]:
                 trace.hovertemplate = None
 
 
 def _add_bounds(figure: Figure, run: Run, summary: Summary) -> None:
-    shares = ceiling_shares(run)
-    if not shares:
+    if not ceiling_shares(run):
         return
-    at, ceiling = line(shares, summary["phases"])
-    _add(figure, at, ceiling, "ceiling", CEILING, width=2.6)
+    at, ceiling = ceiling_line(run, summary["phases"])
+    if _is_short(summary):
+        add(figure, *running_ceiling(run, summary["phases"]), "ceiling, running minute", PAPER, width=1.0)
+    add(figure, at, ceiling, "ceiling", CEILING, width=2.6)
     if (reactive := reactive_efficiency(run)) is not None:
-        _add(figure, at, reactive * ceiling, "reactive bound", CEILING, dash="dash", width=1.2)
+        add(figure, at, reactive * ceiling, "reactive bound", CEILING, dash="dash", width=1.2)
 
 
-def _rates(summary: Summary) -> tuple[Floats, Floats]:
-    return line([[hits / WINDOW for hits in p["hits_per_window"]] for p in summary["phases"]], summary["phases"])
+def _add_ceilings(figure: Figure, runs: Sequence[Drawn]) -> None:
+    """Of several runs: one ceiling, with its bound, if they have it in common; or else one a run, dotted."""
+    known = [(index, *found) for index, found in enumerate(runs) if ceiling_shares(found[1])]
+    if len({repr(found[2].ceiling) for found in known}) == 1 and len(known) == len(runs):
+        _add_bounds(figure, *known[0][2:])
+        return
+    for index, name, run, summary in known:
+        at, ceiling = ceiling_line(run, summary["phases"])
+        more: Any = {"legendgroup": name, "showlegend": False, "hoverinfo": "skip"}
+        add(figure, at, ceiling, f"ceiling of {_called(name)}", look(index)[0], dash="dot", width=1.0, **more)
+        figure.data[-1].hovertemplate = None
 
 
-def look(index: int) -> tuple[str, str]:
-    """Colour and dashes of one of several lines."""
-    color, dashes = RUNS[index % len(RUNS)]
-    return color, _dash(dashes)
+def _add_controls(figure: Figure, of: str, found: Sequence[Standing]) -> None:
+    """What less learning scores; of several runs, those of the first that has any."""
+    controls = [standing for standing in found if standing.summary and standing.name != OWN]
+    for control, (color, lengths, _) in zip(controls, CONTROLS * 9, strict=False):
+        assert control.summary is not None
+        name = f"{control.name} ({control.eye} eye)" if not of else f"{control.name}, beside {_called(of)}"
+        add(figure, *_levels(control.summary), name, color, dash=dashes(lengths))
 
 
-def _dash(dashes: Sequence[float]) -> str:
-    return ",".join(f"{1.8 * length:g}px" for length in dashes) or "solid"
+def _levels(summary: Summary) -> tuple[Floats, Floats]:
+    return levels(rates(summary), [phase["rate"] for phase in summary["phases"]], summary["phases"])
+
+
+def _add_running(figure: Figure, run: Run, factor: float, group: str | None, color: str) -> None:
+    """The running minute; of several runs as part of the run's own line."""
+    at, percent = running_rate(run)
+    name, short = "running minute" if factor == 1 else "running minute, × 5", in_minutes(len(at) / TENS_OF_WINDOW)
+    look: Any = {"width": 1.8 if short else 1.1, "opacity": 0.45 if group else 1.0}
+    more: Any = {"legendgroup": group, "showlegend": group is None, "hoverinfo": "skip" if group else None}
+    add(figure, at, factor * percent, name, color, **look, **more)
+    if group:
+        figure.data[-1].hovertemplate = None
 
 
 def _heatmap(regions: Regions, a: int, b: int, visible: bool) -> Any:

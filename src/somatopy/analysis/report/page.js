@@ -7,9 +7,16 @@
     plotlyServerURL: "",
     modeBarButtons: [["toImage", "zoom2d", "pan2d", "resetScale2d"]],
   };
-  for (const data of document.querySelectorAll("script[data-plot]")) {
+  const plot = (data) => {
     const { data: traces, layout } = JSON.parse(data.textContent);
+    document.getElementById(data.dataset.plot).style.minHeight = `${layout.height}px`; // kept while it is redrawn
     Plotly.newPlot(data.dataset.plot, traces, layout, CONFIG);
+  };
+  for (const data of document.querySelectorAll("script[data-plot]")) if (!data.closest("details.more")) plot(data);
+  /* What is folded is drawn when it is opened: it has no size before. */
+  for (const details of document.querySelectorAll("details.more")) {
+    const unfold = () => details.open && details.querySelectorAll("script[data-plot]").forEach(plot);
+    details.addEventListener("toggle", unfold, { once: true });
   }
   const resize = () => document.querySelectorAll(".js-plotly-plot").forEach((plot) => Plotly.Plots.resize(plot));
   addEventListener("beforeprint", resize);

@@ -14,10 +14,11 @@ from typing import Any
 from somatopy.analysis import style
 from somatopy.analysis.band import verdict_rows, verdicts_of
 from somatopy.analysis.bounds import why_no_ceiling
-from somatopy.analysis.claims import VERDICTS, judge
+from somatopy.analysis.claims import VERDICTS, Claim, Finding, judge
 from somatopy.analysis.comparison import compare
 from somatopy.analysis.described import PROVENANCE, leaves, on_papers_robot, remarks_of, written_by
 from somatopy.analysis.groups import Group, as_study, grouped
+from somatopy.analysis.order import orders
 from somatopy.analysis.phases import kind_name, phase_title, played
 from somatopy.analysis.report.beliefs import belief_panels
 from somatopy.analysis.report.charts import (
@@ -35,11 +36,14 @@ from somatopy.analysis.report.words import (
     FIGURE_TITLES,
     OWN_MAPS,
     captions,
+    claims_line,
     cost,
     headline,
     intervals,
     minutes,
+    no_maps,
     tally,
+    untold,
 )
 from somatopy.analysis.runs import Run, RunFolderError, load_run, writing
 from somatopy.analysis.series import distance_units
@@ -135,11 +139,8 @@ def _content(sources: Sequence[Source]) -> dict[str, Any]:
     beside = any(found.on_papers_robot for found in sources)
     maps = explorer(first.run) if alone else None
     beliefs = belief_panels(first.run, first.summary) if alone else None
-    claims = [
-        {"claim": claim, "findings": [found[index][1] for found in judged]}
-        for index, (claim, _) in enumerate(judged[0])
-        if beside
-    ]
+    claims = _claims(judged) if beside else []
+    band = verdict_rows(verdicts_of(first.run)) if alone else []
     return {
         "title": first.name if alone else f"{len(sources)} runs compared",
         "alone": alone,
@@ -149,26 +150,64 @@ def _content(sources: Sequence[Source]) -> dict[str, Any]:
         "tallies": [tally([finding.verdict for _, finding in found]) for found in judged],
         "verdicts": VERDICTS,
         "claims": claims,
+        "claims_line": claims_line([finding for _, finding in judged[0]]) if alone and beside else "",
+        "untold": _untold(claims),
+        "band": [row for row in band if row["verdict"] != "cannot tell"],
+        "band_open": [row for row in band if row["verdict"] == "cannot tell"],
+        "band_untold": _untold_over_seeds(band),
         "plots": {name: embeddable(json.loads(figure.to_json())) for name, figure in _charts(sources)},
-        "captions": captions(sources[0].run, alone, [source.units for source in sources]),
+        "captions": captions([source.run for source in sources], [source.units for source in sources]),
         "facts": style.source(first.summary).replace(", ", " · "),
         "no_ceilings": [(s.name, why) for s in sources if (why := why_no_ceiling(s.run, s.summary))],
         "phases": [phase_title(first.summary, index) for index in played(first.summary["phases"])],
         "standings": [_standing_row(found, first.summary) for found in first.standings],
         "overview": [_overview(source) for source in sources],
         "settings": _differences(sources),
-        "band": verdict_rows(verdicts_of(first.run)) if alone else [],
         **_over_seeds(sources),
         "maps": maps and embeddable(maps),
         "beliefs": beliefs,
         "beliefs_data": beliefs and embeddable(beliefs),
         "no_sight": why_no_sight(first.run, first.summary) if alone else "",
-        "own_maps": OWN_MAPS if alone and first.run.snapshots and maps is None else "",
+        "orders": orders(first.run, first.summary) if maps else [],
+        "own_maps": _why_no_maps(first) if alone and maps is None else "",
         "figures": list(_pictures(first.run)) if alone else [],
         "rows": comparison(first.summary, first.units, first.on_papers_robot) if alone else [],
         "beside_paper": beside,
         "runs": [_what_was_run(source) for source in sources],
     }
+
+
+def _claims(judged: Sequence[Sequence[tuple[Claim, Finding]]]) -> list[dict[str, Any]]:
+    """Each claim with what every run says to it, and whether any run can tell."""
+    claims = []
+    for index, (claim, _) in enumerate(judged[0]):
+        findings = [found[index][1] for found in judged]
+        told = any(finding.verdict != "cannot tell" for finding in findings)
+        counts = tally([finding.verdict for finding in findings])
+        claims.append({"claim": claim, "findings": findings, "told": told, "tally": counts})
+    return claims
+
+
+def _untold(claims: Sequence[Mapping[str, Any]]) -> str:
+    """One line about those that no run can tell; "" where there are none."""
+    reasons = [entry["findings"][0].why for entry in claims if not entry["told"]]
+    several = any(len(entry["findings"]) > 1 for entry in claims)
+    return untold(reasons, len(claims), "any of these runs" if several else "this run") if reasons else ""
+
+
+def _untold_over_seeds(band: Sequence[Mapping[str, str]]) -> str:
+    short = "the runs are too short"
+    reasons = [
+        short if row["ours"] == "too short" else "the interval leaves it open"
+        for row in band
+        if row["verdict"] == "cannot tell"
+    ]
+    return untold(reasons, len(band), "these seeds") if reasons else ""
+
+
+def _why_no_maps(source: Source) -> str:
+    """What to say where there is no map explorer."""
+    return OWN_MAPS if source.run.snapshots else no_maps(source.summary)
 
 
 def _charts(sources: Sequence[Source]) -> Iterator[tuple[str, Any]]:
@@ -199,12 +238,15 @@ def _standing_row(found: Standing, summary: Mapping[str, Any]) -> dict[str, Any]
     return {"name": found.name, "eye": found.eye, "cells": cells}
 
 
-def _differences(sources: Sequence[Source]) -> list[tuple[str, list[Any]]]:
-    """Settings in which the runs differ, with each run's value."""
+def _differences(sources: Sequence[Source]) -> list[tuple[str, list[tuple[str, list[str]]]]]:
+    """Settings in which the runs differ, each with its values and the runs that have them."""
     described = [dict(leaves(source.run.description)) for source in sources]
     keys = sorted({key for found in described for key in found if key.partition(".")[0] not in PROVENANCE})
-    values = [(key, [found.get(key, "—") for found in described]) for key in keys]
-    return [(key, found) for key, found in values if any(value != found[0] for value in found)]
+    values: dict[str, dict[str, list[str]]] = {key: {} for key in keys}
+    for key, found in values.items():
+        for source, settings in zip(sources, described, strict=True):
+            found.setdefault(str(settings.get(key, "—")), []).append(source.name)
+    return [(key, [*found.items()]) for key, found in values.items() if len(found) > 1]
 
 
 def _over_seeds(sources: Sequence[Source]) -> dict[str, Any]:

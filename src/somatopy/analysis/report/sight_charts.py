@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from somatopy.analysis.phases import phase_title
-from somatopy.analysis.report.charts import TIME, plain_figure
+from somatopy.analysis.report.plots import over_time, plain_figure
 from somatopy.analysis.runs import Run
-from somatopy.analysis.series import borders
+from somatopy.analysis.series import borders, phase_starts
 from somatopy.analysis.sight import AGES, GAZES, Sight, beliefs_of, sight_of
-from somatopy.analysis.style import BORDER, HITS, PAPER, TREND
+from somatopy.analysis.style import HITS, PAPER, TREND
 from somatopy.clock import WINDOW
 from somatopy.percept import Floats
 
@@ -44,11 +44,8 @@ def agreement_chart(run: Run, summary: Mapping[str, Any]) -> Figure | None:
         figure.add_scatter(
             x=x, y=y, name=name, mode="lines+markers", line=line, marker={"size": 5}, hovertemplate="%{y:.0f} %"
         )
-    for border, name in borders(summary["phases"]):
-        figure.add_vline(border, line_color=BORDER, line_width=1.6, annotation_text=name, annotation_font_color=BORDER)
-    figure.update_xaxes(title_text=TIME, range=[0, 1.02 * at[-1]])
     figure.update_yaxes(title_text="believed what is true (%)", range=[0, 102])
-    return figure
+    return over_time(figure, phase_starts(summary["phases"])[-1], borders(summary["phases"]))
 
 
 def gazes_chart(run: Run, summary: Mapping[str, Any]) -> Figure | None:

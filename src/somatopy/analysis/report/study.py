@@ -18,7 +18,7 @@ from somatopy.analysis.figures.relearning import relearning_figure
 from somatopy.analysis.phases import kind_name
 from somatopy.analysis.relearning_table import relearning
 from somatopy.analysis.report.rendering import embeddable, rendered
-from somatopy.analysis.report.study_charts import PANELS, course_chart, courses_chart, rates_chart
+from somatopy.analysis.report.study_charts import PANELS, SHOWN, course_charts, courses_chart, rates_chart
 from somatopy.analysis.report.study_tables import WORDS, differences, means, tables_to_copy
 from somatopy.analysis.runs import writing
 from somatopy.analysis.style import style
@@ -88,7 +88,8 @@ def render_study(result: StudyResult, comparison: Comparison) -> str:
         "words": WORDS,
         "plots": {name: embeddable(json.loads(chart.to_json())) for name, chart in charts.items() if chart is not None},
         "captions": {"rates": RATES + (CEILING if _has_ceilings(comparison) else ""), "hits": hits},
-        "panels": panels,
+        "panels": panels[:SHOWN],
+        "folded": panels[SHOWN:],
         "relearning": relearning(result),
         "relearning_picture": _picture(result),
         "means": means(comparison),
@@ -113,9 +114,8 @@ def _picture(result: StudyResult) -> str:
 
 
 def _panels(drawn: Sequence[Course]) -> Iterator[dict[str, Any]]:
-    for k, course in enumerate(drawn):
-        chart = course_chart(course, drawn[0], drawn)
-        yield {"key": f"hits-{k}", "condition": course.condition, "plot": embeddable(json.loads(chart.to_json()))}
+    for k, (course, chart) in enumerate(zip(drawn, course_charts(drawn), strict=True)):
+        yield {"key": f"hits-{k}", "condition": course.condition, "plot": embeddable(chart)}
 
 
 def _has_ceilings(comparison: Comparison) -> bool:

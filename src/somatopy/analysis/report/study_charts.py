@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from somatopy.analysis.comparison import Compared, Comparison, Course
-from somatopy.analysis.report.charts import TIME, look, plain_figure
+from somatopy.analysis.report.plots import TIME, label, look, name_borders, plain_figure
+from somatopy.analysis.series import lone
 from somatopy.analysis.style import BORDER, CEILING, PAPER
 from somatopy.percept import Floats
 
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
 
-__all__ = ["PANELS", "course_chart", "courses_chart", "rates_chart"]
+__all__ = ["PANELS", "SHOWN", "course_charts", "courses_chart", "rates_chart"]
 
-#: More conditions than this have a plot each.
-PANELS = 6
+#: More conditions than this have a plot each, of which so many are shown at once; the others are folded.
+PANELS, SHOWN = 6, 12
 #: Letters in a line of a condition's name beside an axis.
 LETTERS = 28
 
@@ -30,16 +30,16 @@ def rates_chart(comparison: Comparison) -> Figure | None:
     if not rows:
         return None
     names = list(dict.fromkeys(row.condition for row in rows))
-    labels = [_label(name) for name in names]
+    texts = [label(name, LETTERS) for name in names]
     phases = sorted({row.phase for row in rows})
-    lines = max(label.count("<br>") + 1 for label in labels)
+    lines = max(text.count("<br>") + 1 for text in texts)
     figure = plain_figure(height=110 + len(names) * max(17 * lines, 16 * len(phases) + 8))
     for k, phase in enumerate(phases):
         places = {name: n + 0.62 * (k - (len(phases) - 1) / 2) / len(phases) for n, name in enumerate(names)}
         _add_phase(figure, [row for row in rows if row.phase == phase], places, look(k)[0])
     _add_ceilings(figure, comparison, names)
     figure.update_xaxes(title_text="frames with the hand in view (%)", range=[-1, 101])
-    figure.update_yaxes(tickvals=list(range(len(names))), ticktext=labels, range=[len(names) - 0.4, -0.6], ticks="")
+    figure.update_yaxes(tickvals=list(range(len(names))), ticktext=texts, range=[len(names) - 0.4, -0.6], ticks="")
     figure.update_layout(hovermode="closest")
     return figure
 
@@ -100,17 +100,52 @@ def courses_chart(courses: Sequence[Course]) -> Figure:
     return figure
 
 
-def course_chart(course: Course, first: Course, courses: Sequence[Course]) -> Figure:
-    """A small plot of one condition, with the first one's mean behind, on the axes that all of them have."""
+def course_charts(courses: Sequence[Course]) -> list[dict[str, Any]]:
+    """A small plot of each condition, with the first one's mean behind, on the axes that all of them have.
+
+    Returns:
+        What plotly draws, as plain data: to build and check that many figures takes it half a minute.
+    """
     figure = plain_figure(height=190)
-    if first is not course:
-        dotted = {"color": PAPER, "width": 1.4, "dash": "dot"}
-        figure.add_scatter(x=_short(first.at), y=_short(first.mean), mode="lines", line=dotted, hoverinfo="skip")
-    _add_course(figure, course, *look(0))
-    figure.data[-1].line.color = CEILING  # the mean, to stand out among the dots
-    _finish_courses(figure, courses, [course])
+    _finish_courses(figure, courses, [])
     figure.update_layout(showlegend=False, margin={"l": 44, "r": 8, "t": 8, "b": 26}, font_size=11)
-    return figure
+    layout, first = figure.to_plotly_json()["layout"], courses[0]
+    dotted = {"mode": "lines", "line": {"color": PAPER, "width": 1.4, "dash": "dot"}, "hoverinfo": "skip"}
+    behind = {"type": "scatter", "x": _listed(first.at), "y": _listed(first.mean), **dotted}
+    return [
+        {
+            "data": [*([behind] if course is not first else []), *_traces(course)],
+            "layout": layout | {"shapes": [_upright(at) for at in dict(course.borders)]},
+        }
+        for course in courses
+    ]
+
+
+def _upright(at: float) -> dict[str, Any]:
+    line = {"color": BORDER, "width": 1.4}
+    return {"type": "line", "x0": at, "x1": at, "y0": 0, "y1": 1, "yref": "y domain", "line": line}
+
+
+def _traces(course: Course) -> list[dict[str, Any]]:
+    """Band, seeds and mean of a condition."""
+    color, quiet = look(0)[0], {"type": "scatter", "hoverinfo": "skip"}
+    x, y = _outline(course)
+    dots = {"size": 3, "color": color, "opacity": 0.35}
+    at, hits = np.tile(course.at, len(course.seeds)), np.concatenate([*course.seeds.values()])
+    known = np.isfinite(hits)
+    mean = {"mode": "lines+markers", "marker": {"size": 4}, "line": {"color": CEILING, "width": 2.2}}
+    if not len(lone(course.mean)):
+        mean["mode"] = "lines"  # in another colour than the dots, to stand out among them
+    return [
+        {**quiet, "x": x, "y": y, "mode": "lines", "fill": "toself", "fillcolor": _faint(color), "line": {"width": 0}},
+        {**quiet, "x": _listed(at[known]), "y": _listed(hits[known]), "mode": "markers", "marker": dots},
+        {"type": "scatter", "x": _listed(course.at), "y": _listed(course.mean), "hovertemplate": "%{y:,.0f}", **mean},
+    ]
+
+
+def _listed(values: Floats) -> list[float | None]:
+    """Numbers for JSON, as exact as a plot shows them."""
+    return [round(value, 3) if value == value else None for value in values.tolist()]
 
 
 def _add_course(figure: Figure, course: Course, color: str, dash: str) -> None:
@@ -128,7 +163,7 @@ def _add_course(figure: Figure, course: Course, color: str, dash: str) -> None:
         y=_short(course.mean),
         mode="lines",
         line=line,
-        name=_label(course.condition, 60),
+        name=label(course.condition, 60),
         legendgroup=course.condition,
         hovertemplate="%{y:,.0f}",
     )
@@ -162,24 +197,7 @@ def _finish_courses(
     for at in borders:
         figure.add_vline(at, line_color=BORDER, line_width=1.4)
     if up:
-        _name_borders(figure, borders, end)
-
-
-def _name_borders(figure: Figure, borders: dict[float, str], end: float) -> None:
-    """Names beside borders, but for those that would overprint the one before; the last ones stand on the left."""
-    free, width = 0.0, 0.15 * end
-    for at, name in sorted(borders.items()):
-        start, side = (at, "left") if at + width <= end else (at - width, "right")
-        if start >= free:
-            note = {"xanchor": side, "yanchor": "top", "yref": "paper", "showarrow": False}
-            figure.add_annotation(x=at, y=1, text=name, font_color=BORDER, **note)
-            free = start + width
-
-
-def _label(name: str, letters: int = LETTERS) -> str:
-    """A name for plotly, in lines of so many letters."""
-    lines = textwrap.wrap(name, letters) or [name]
-    return "<br>".join(line.replace("&", "&amp;").replace("<", "&lt;") for line in lines)
+        name_borders(figure, borders, end)
 
 
 def _faint(color: str) -> str:

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from somatopy.analysis.bounds import reactive_rate
-from somatopy.analysis.claims import VERDICTS
+from somatopy.analysis.claims import VERDICTS, Finding
+from somatopy.analysis.order import ORDERED
 from somatopy.analysis.phases import played
 from somatopy.analysis.regions import FEW
 from somatopy.analysis.runs import Run
-from somatopy.analysis.series import in_shares
+from somatopy.analysis.series import gaze_stretch, in_shares
 from somatopy.analysis.standings import OWN, Standing
 from somatopy.analysis.trends import Trend, quantile
 from somatopy.clock import DISTORTION_WIDTH, FRAMES_PER_MINUTE, WINDOW
@@ -19,11 +21,14 @@ __all__ = [
     "FIGURE_TITLES",
     "OWN_MAPS",
     "captions",
+    "claims_line",
     "cost",
     "headline",
     "intervals",
     "minutes",
+    "no_maps",
     "tally",
+    "untold",
 ]
 
 FIGURE_TITLES = {
@@ -43,23 +48,24 @@ OWN_MAPS = (
 )
 CEILING = "The ceiling is the share of frames in which some head posture would have seen the hand. "
 REACTIVE = "The reactive bound is what perfect knowledge of the arm, without looking ahead, makes of it. "
+LEVEL = "A phase of less than two windows is drawn level at its mean. "
 MEAN = f"over the last {DISTORTION_WIDTH:,} inputs, after the update"
 CAPTIONS = {
-    "hits": "Hits are frames in which the marker on the hand was detected. A window is drawn where it starts; it has "
-    f"{WINDOW:,} frames. Trends are least squares over full windows, restarted at the damage and 35 minutes after it, "
-    "as in the paper.",
-    "efficiency": f"{CEILING}{REACTIVE}Both are reckoned by the geometric eye; so are the controls, which run on the "
-    "same arm movements.",
+    "hits": "Hits are frames in which the marker on the hand was detected. Points are windows of five minutes, "
+    f"{WINDOW:,} frames. The pale line is the running minute, scaled to five. Both are drawn where they start. Trends "
+    "are least squares over full windows, restarted at the damage and 35 minutes after it, as in the paper.",
+    "efficiency": f"{CEILING}{REACTIVE}{LEVEL}Both are reckoned by the geometric eye; so are the controls, "
+    "which run on the same arm movements.",
     "arm": f"Mean distance from arm posture to winner {MEAN}; 1 is a joint's whole range (the paper's Figure 4).",
     "head": "The same for the head map (the paper's Figure 5).",
-    "gaze": "Angle between the camera's optical axis and the hand, seen or not, over stretches of five minutes.",
+    "gaze": "Angle between the camera's optical axis and the hand, seen or not, over stretches of {}.",
     "misses": "Share of frames in which the hand was not seen, by the arm's true posture. Where no head posture sees "
-    f"the hand, it is always missed. Grey: fewer than {FEW} frames.",
+    f"the hand, it is always missed. White: fewer than {FEW} frames.",
     "beliefs": "Each panel is one arm posture that the run does not contain. Shading: how far the learner believes "
     "that a gaze sees the hand. Red outline: the gazes that see it, by the geometric eye. Yellow: where it would look. "
-    "Grey: out of the head's reach. The damage of the phase is applied to what is felt of the arm.",
+    "Sand: out of the head's reach. The damage of the phase is applied to what is felt of the arm.",
     "gazes_only": "Each panel is one arm posture that the run does not contain. Red outline: the gazes that see the "
-    "hand, by the geometric eye. Yellow: where the learner would look. Grey: out of the head's reach. This learner "
+    "hand, by the geometric eye. Yellow: where the learner would look. Sand: out of the head's reach. This learner "
     "does not say what it believes.",
     "agreement": "Over all panels, at the ends of windows and phases: of the gazes that see the hand, the share of "
     "which the learner believes so by more than one half; of the others, the share of which it does not. The balanced "
@@ -68,28 +74,37 @@ CAPTIONS = {
     "Counted in stretches of consecutive frames, spread evenly over the first and the last phase.",
     "missed_ages": "Share of frames that are missed, of those in which the hand has been visible from some gaze for as "
     "long; 0 is the first frame. Counted in the same stretches.",
+    "orders": "The topographic error is the share of inputs, of the two minutes before, whose two nearest units are no "
+    f"neighbours in the lattice. Up to {ORDERED[0]} a map is called ordered, above {ORDERED[1]} not ordered: then "
+    "places in lattice space mean little, whatever the map's distortion.",
     "maps": "Arm units take the colour of the head unit that their strongest link leads to: the gaze they stand for. "
     "Hollow units have no link yet. Lines: the 100 strongest of those links.",
 }
 CAPTIONS_OF_SEVERAL = CAPTIONS | {
-    "efficiency": "What was possible differs between runs only if arm movements or bodies do; the table above tells.",
-    "gaze": "Median angle between optical axis and hand, seen or not, over stretches of five minutes.",
+    "hits": "Points are windows of five minutes, drawn where they start. The running minute, scaled to five, is drawn "
+    "of runs of up to half an hour. Trends are least squares over full windows, as in the paper.",
+    "efficiency": f"{CEILING}It differs between runs only if arm movements or bodies do; then each run has its own, "
+    f"dotted. {LEVEL}",
+    "gaze": "Median angle between optical axis and hand, seen or not, over stretches of {}.",
 }
 
 
-def captions(run: Run, alone: bool, units: Sequence[Mapping[str, str]]) -> dict[str, str]:
+def captions(runs: Sequence[Run], units: Sequence[Mapping[str, str]]) -> dict[str, str]:
     """What stands under the plots.
 
     Args:
-        run: the first run.
-        alone: whether it is the only one.
+        runs: what the page is about.
         units: of each run, the units of its distances, see `distance_units`.
     """
+    run, alone = runs[0], len(runs) == 1
     found = CAPTIONS if alone else CAPTIONS_OF_SEVERAL
     if alone and run.ceiling is None:
-        found = found | {"efficiency": "Share of frames with the hand seen; controls ran on the same arm movements."}
+        text = f"Share of frames with the hand seen; controls ran on the same arm movements. {LEVEL}"
+        found = found | {"efficiency": text}
     elif alone and reactive_rate(run) is None:
-        found = found | {"efficiency": f"{CEILING}It is reckoned by the geometric eye."}
+        found = found | {"efficiency": f"{CEILING}{LEVEL}It is reckoned by the geometric eye."}
+    stretches = {"one minute" if gaze_stretch(each) == 1 else "five minutes" for each in runs}
+    found = found | {"gaze": found["gaze"].format(" or ".join(sorted(stretches, reverse=True)))}
     if not all(in_shares(unit) for told in units for unit in told.values()):
         text = "Mean distance from {} posture to winner " + MEAN + ", in the unit named; the paper's has [0, 1] units."
         found = found | {side: text.format(side) for side in ("arm", "head")}
@@ -142,6 +157,50 @@ def tally(verdicts: Sequence[str]) -> str:
     """
     holds, not_so, unknown = (list(verdicts).count(verdict) for verdict in VERDICTS)
     return f"{holds} hold, {not_so} do not, {unknown} cannot be told"
+
+
+def claims_line(found: Sequence[Finding]) -> str:
+    """What a run says to the paper's claims, in a sentence or two."""
+    holds, not_so, unknown = (sum(finding.verdict == verdict for finding in found) for verdict in VERDICTS)
+    if not holds + not_so:
+        return ""
+    rest = f"; the other {unknown} cannot be told from this run" if unknown else ""
+    return (
+        f"Of the paper's {len(found)} claims {holds} {'holds' if holds == 1 else 'hold'} and "
+        f"{not_so} {'does' if not_so == 1 else 'do'} not{rest}."
+    )
+
+
+def untold(reasons: Sequence[str], of: int, subject: str = "this run") -> str:
+    """Why so many claims cannot be told, in one line.
+
+    Args:
+        reasons: a clause for each of them.
+        of: how many claims there are.
+        subject: what cannot tell.
+
+    Example:
+        >>> untold(["the run is too short"] * 2 + ["nothing was damaged"], 12)
+        '3 of 12 claims cannot be told from this run: the run is too short (2), nothing was damaged (1).'
+        >>> untold(["the run is too short"] * 2, 2)
+        'None of the 2 claims can be told from this run: the run is too short.'
+    """
+    counts = Counter(reasons)
+    why = ", ".join(f"{reason} ({n})" if len(counts) > 1 else reason for reason, n in counts.most_common())
+    if len(reasons) == of:
+        return f"None of the {of} claims can be told from {subject}: {why}."
+    return f"{len(reasons)} of {of} claims cannot be told from {subject}: {why}."
+
+
+def no_maps(summary: Mapping[str, Any]) -> str:
+    """Why a run without snapshots shows no maps."""
+    frames = sum(phase["frames"] for phase in summary["phases"])
+    if frames >= WINDOW:
+        return "This run kept no maps: its learner has none, or they were not recorded."
+    return (
+        f"Maps are kept at the end of every {WINDOW // FRAMES_PER_MINUTE} minutes. This run lasted "
+        f"{frames / FRAMES_PER_MINUTE:.3g}, so that there are none to show."
+    )
 
 
 def minutes(summary: Mapping[str, Any]) -> list[str]:
