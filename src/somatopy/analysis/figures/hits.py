@@ -81,11 +81,6 @@ def _draw_running(axes: Axes, run: Run, width: float) -> None:
     plot(axes, at, _hits(percent), color=RUNNING, lw=width, label=LEGEND[4], zorder=2)
 
 
-def _draw_running(axes: Axes, run: Run, width: float) -> None:
-    at, percent = running_rate(run)
-    plot(axes, at, _hits(percent), color=RUNNING, lw=width, label=LEGEND[4], zorder=2)
-
-
 def _draw_phase(axes: Axes, phase: Mapping[str, Any], start: float) -> None:
     counts = phase["hits_per_window"]
     if counts:

@@ -246,4 +246,4 @@ def _draw_links_between(
         ends: Any = (tuple(left[i]), tuple(right[j]), a.transData, b.transData)
         figure.add_artist(ConnectionPatch(*ends, color=color, lw=width + 0.6, alpha=0.9, zorder=-1))
         for axes, spot in ((a, left[i]), (b, right[j])):
-            axes.scatter(*spot, s=34.0, color=color, edgecolor=CEILING, linewidths=0.9, zorder=5)
+            axes.scatter(spot[0], spot[1], s=34.0, color=color, edgecolor=CEILING, linewidths=0.9, zorder=5)
