@@ -16,6 +16,7 @@ from somatopy.analysis.comparison_table import text_table
 from somatopy.analysis.relearning_table import relearning, relearning_text
 from somatopy.cli.mirror import mark
 from somatopy.cli.run import note
+from somatopy.cli.words import read
 from somatopy.experiment import Description, DescriptionError
 from somatopy.studies.api import backend_for
 from somatopy.studies.driver import perform
@@ -45,20 +46,18 @@ class StudyFlags:
     """Flags of the command."""
 
     file: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(help="The study file.", metavar="FILE")]
-    out: Annotated[Path | None, mark("FOLDER", "The study folder; runs/<time>_<name> if none is named.", None)] = None
-    processes: Annotated[int | None, mark("N", "Processes of this machine; one a core if not given.", None)] = None
+    out: Annotated[Path | None, mark("FOLDER", "The study folder. (default: a new one in runs/)", None)] = None
+    processes: Annotated[int | None, mark("N", "Processes of this machine. (default: one a core)", None)] = None
     ray: Annotated[str | None, mark("ADDRESS", "Run on the Ray cluster at this address.", None)] = None
-    dry_run: Annotated[
-        _Switch, mark(None, "Say how many cells, hours, memory and disk it needs; run nothing.", None)
-    ] = False
+    dry_run: Annotated[_Switch, mark(None, "Say what time, memory and disk it needs; run nothing.", None)] = False
     check: Annotated[_Switch, mark(None, "List cells that older code ran, and run some of them again.", None)] = False
-    json: Annotated[_Switch, mark(None, "Print one JSON object; all else goes to standard error.", None)] = False
+    json: Annotated[_Switch, mark(None, "Print one JSON object.", None)] = False
     debug: Annotated[_Switch, mark(None, "Show tracebacks.", None)] = False
 
 
 def main(args: Sequence[str]) -> int:
     """Run `somatopy study FILE [OPTIONS]`."""
-    flags = tyro.cli(StudyFlags, args=args, prog="somatopy study", description=TEXT)
+    flags = read(StudyFlags, args, "somatopy study", TEXT)
     table = load_plan(flags.file)
     if "search" in table:
         return look_for(table, flags)
