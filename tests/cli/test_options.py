@@ -188,7 +188,7 @@ def test_short_forms_replace_what_they_stand_for_and_keep_the_rest() -> None:
     ):
         assert [entry["kind"] for entry in done(described(*args, description=file), 1)] == left
     with pytest.raises(
-        DescriptionError, match=r"asks for one damage in phase 1, which has 2; .*interventions.K.offset"
+        DescriptionError, match=r"asks for one damage in phases.1, which has 2; .*interventions.K.offset"
     ):
         described("--phases.1.damage.offset", "1", "1", "1", "1", description=file)
 

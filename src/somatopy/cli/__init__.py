@@ -29,6 +29,9 @@ VERBS = {
     "list": "list presets, bodies, babbling ranges, learners, damages and all other kinds",
 }
 
+#: How MuJoCo begins to refuse a value of this variable, when it is imported.
+_MUJOCO_GL = "invalid value for environment variable MUJOCO_GL"
+
 USAGE = f"""usage: somatopy VERB [OPTIONS]
 
 A robot babbles with its arm, watches its hand, and learns online where to look.
@@ -94,6 +97,8 @@ def _told(error: Exception) -> tuple[str, int]:
     """What to say of an error, and the exit code."""
     if isinstance(error, ModuleNotFoundError) and (install := installing(error)):
         return install, 2
+    if str(error).startswith(_MUJOCO_GL):  # nothing that imports MuJoCo can be imported then
+        return f"{str(error)[:1].upper()}{str(error)[1:]}. Choose egl or osmesa, or none: unset MUJOCO_GL.", 2
     if _is_wrong_use(error):
         return str(error), 2
     return f"{': '.join(filter(None, (type(error).__name__, str(error))))} (where: --debug)", 1

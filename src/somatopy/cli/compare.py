@@ -111,5 +111,6 @@ def _learner(name: str) -> dict[str, Any]:
         return {"learner": name}
     raise DescriptionError(
         f"The learner {name!r} is unknown; choose kinds of learners ({', '.join(LEARNERS)}), controls "
-        f"({', '.join(CONTROLS)}){near(name, [*LEARNERS, *CONTROLS])}, or name one of your own by its place: my_package.my_file:MyLearner."
+        f"({', '.join(CONTROLS)}){near(name, [*LEARNERS, *CONTROLS])}, or name one of your own by its place: "
+        "my_package.my_file:MyLearner."
     )

@@ -76,11 +76,11 @@ def demo(out: Path | None = None, seed: int = 0, minutes: float = 10.0, after: f
         DescriptionError: the folder cannot be used.
         Interrupted: on Ctrl-C, with a checkpoint written.
     """
-    note(BEFORE.format(minutes=minutes, after=after))
     eye, no_film = _possible()
+    description = described(seed, minutes, after, eye)
+    note(BEFORE.format(minutes=minutes, after=after))
     if no_film:
         note(f"There will be no film. {no_film}\n")
-    description = described(seed, minutes, after, eye)
     run = run_it(description, out)
     note("The report is written; this takes some ten seconds.")
     page = illustrate(run.path)

@@ -7,7 +7,6 @@ from collections.abc import Iterator, Sequence
 from textwrap import wrap
 from typing import Any
 
-
 from somatopy.cli.mirror import described_fields, is_table, kinds_of
 from somatopy.cli.run import parse_named
 from somatopy.experiment import Description

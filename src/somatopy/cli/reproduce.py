@@ -96,7 +96,7 @@ def complete(folder: Path, as_json: bool, anyway: bool = False, band: Band | Non
     description = load_description(folder / "experiment.toml")
     with nullcontext(band) if band else Band(folder) as going_on:
         run_controls(description, folder, anyway, quiet)
-        went_well = going_on.wait()
+        went_well = going_on.wait(quiet)
     report = illustrate(folder)
     run = load_run(folder)
     beside = on_papers_robot(run)

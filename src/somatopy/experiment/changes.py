@@ -163,7 +163,8 @@ def damage_named(text: Any, word: str) -> dict[str, Any] | None:
         others = ", ".join(known)
         raise DescriptionError(
             f"{word} {text!r} is unknown; choose none, paper or offset:a,b,c,d (rad, one a joint), another damage or "
-            f"intervention ({others}){near(text, known)}, or name one of your own by its place: my_package.my_file:MyDamage."
+            f"intervention ({others}){near(text, known)}, or name one of your own by its place: "
+            "my_package.my_file:MyDamage."
         )
     return {"kind": text}
 
