@@ -56,15 +56,15 @@ def test_defaults(planned: Planned) -> None:
 @pytest.mark.parametrize(
     ("flags", "frames"),
     [
-        (("--minutes", "2"), [1800, 900]),
+        (("--minutes", "3"), [1753, 947]),
         (("--minutes", "2", "--damage-minutes", "3"), [1800, 2700]),
         (("--damage-minutes", "3"), [177_823, 2700]),
-        (("--minutes", "2", "--phases.1.frames", "70"), [1800, 70]),
-        (("--minutes", "2", "--phases.0.frames", "70"), [70, 900]),
+        (("--minutes", "3", "--phases.1.frames", "70"), [1753, 70]),
+        (("--minutes", "3", "--phases.0.frames", "70"), [70, 947]),
     ],
 )
 def test_minutes(flags: tuple[str, ...], frames: list[int], planned: Planned) -> None:
-    """The damaged phase is half as long as the first if nothing is said of it; dotted flags win."""
+    """Alone they are those of both phases, in the paper's proportion; dotted flags win."""
     for condition in planned("--learners", "hebbian", *flags).conditions:
         assert [phase.frames for phase in condition.experiment.phases] == frames
 
