@@ -12,6 +12,7 @@ import tyro
 
 from somatopy.cli.mirror import mark
 from somatopy.cli.options import Flags, parse
+from somatopy.cli.run import note, robot_time
 from somatopy.cli.study import carry_out
 from somatopy.experiment import Description, DescriptionError, paper
 from somatopy.experiment.ceiling import EVERY
@@ -60,6 +61,8 @@ def main(args: Sequence[str]) -> int:
             raise DescriptionError(f"--{word} chooses one; compare takes several: {instead} {getattr(flags, word)},...")
     seeds = seeds_of(flags.seeds, described.seed)
     conditions = _crossed(described, _words(flags.learners), _damages(flags.damages), seeds)
+    if not (flags.quiet or flags.dry_run):
+        note(f"In each run: {robot_time(described)}")
     study = Study("compare", tuple(conditions), ceiling_every=flags.ceiling_every)
     return carry_out(study, replace(flags, out=options.out))
 
