@@ -191,7 +191,7 @@ def check_evaluation(folder: Path) -> None:
     "preset", ["random", "fixed", "nearest", "frozen", "sampled", "shuffled", "scratch", "stopped"]
 )
 def test_every_control_runs_on_a_robot_of_one_head_joint(preset: str, tmp_path: Path, capsys: Any) -> None:
-    """By its preset, as typed; behind its robot time it is said what stands for the paper's damage, where there is one."""
+    """By its preset, as typed; after its robot time it says what stands for the paper's damage."""
     anatomy = write_robot(tmp_path, Shape(joints("yzy", slides="1"), joints("y"), (160, 120)))
     words = ["--body.model", str(anatomy), "--motion", "kinematic", "--eye", "geometric", "--minutes", "0.2"]
     length = (
