@@ -272,16 +272,16 @@ def test_a_wrong_value_is_named(args: list[str], message: str) -> None:
 @pytest.mark.parametrize(
     ("args", "takes"),
     [
-        (["--minutes", "soon"], "not a number of minutes"),
+        (["--minutes", "soon"], "takes a number of minutes"),
         (["--minutes"], "needs a number of minutes behind it"),
-        (["--seed", "1.5"], "not a whole number"),
-        (["--learner.units", "radians"], "not one of unit, radian. Did you mean radian"),
+        (["--seed", "1.5"], "takes a whole number"),
+        (["--learner.units", "radians"], "takes one of unit, radian. Did you mean radian?"),
         (["--learner.kind"], "needs KIND"),
-        (["--learner.arm-map.shape", "3.5"], "not INT"),
-        (["--learner.arm-map.elasticity", "stiff"], "not FLOAT|None"),
-        (["--eye.skip", "maybe"], "not True or False"),
-        (["--phases.1.trend-breaks", "soon"], "not INT ..."),
-        (["--seed", "1", "2"], "not a whole number"),
+        (["--learner.arm-map.shape", "3.5"], "takes whole numbers"),
+        (["--learner.arm-map.elasticity", "stiff"], "takes a number, or None"),
+        (["--eye.skip", "maybe"], "takes True or False"),
+        (["--phases.1.trend-breaks", "soon"], "takes whole numbers"),
+        (["--seed", "1", "2"], "takes a whole number"),
     ],
 )
 def test_a_value_that_does_not_parse_is_told_in_a_sentence(

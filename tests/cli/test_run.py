@@ -75,7 +75,7 @@ def test_robot_time_is_said_first_unless_quiet(tmp_path: Path, capsys: pytest.Ca
     assert main(["run", "paper", *QUICK, *SHORT, "--quiet", "--out", str(tmp_path / "quiet")]) == 0
     assert capsys.readouterr() == (f"{tmp_path / 'quiet'}\n", "")
     assert main(["resume", str(tmp_path / "quiet")]) == 0
-    assert "is finished: all its 63 frames are recorded" in capsys.readouterr().err
+    assert "is finished: all its 63 frames had been recorded" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("name", ["random", "fixed", "nearest", "sampled", "links-only"])

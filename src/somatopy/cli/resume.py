@@ -4,13 +4,9 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Annotated
 
-from somatopy.analysis import load_run
-from somatopy.analysis.runs import RunFolderError
 from somatopy.api import resume
 from somatopy.cli.mirror import mark
 from somatopy.cli.options import SWITCH, OnCheckpoint
@@ -39,18 +35,13 @@ class Options(OnCheckpoint):
 def main(args: Sequence[str]) -> int:
     """Run `somatopy resume RUN [--anyway] [--json]`."""
     options = read(Options, args, "somatopy resume", TEXT)
-    frames = RunFolder(options.run).description().frames
-    if _recorded(options.run) == frames and not options.quiet:
-        note(f"{options.run} is finished: all its {frames:,} frames are recorded. No frame runs again.")
-    resume(options.run, anyway=options.anyway, progress=not options.quiet)
+    opened = RunFolder(options.run)
+    frames = opened.description().frames
+    finished = opened.checkpoint()["session"]["done"] == frames
+    resume(options.run, anyway=options.anyway, progress=not (finished or options.quiet))
+    if finished and not options.quiet:
+        note(f"{options.run} is finished: all its {frames:,} frames had been recorded before.")
     if (options.run / CONTROLS_FOLDER).is_dir():
         return complete(options.run, options.json, options.anyway, quiet=options.quiet)
     print(json.dumps(result(options.run)) if options.json else options.run)
     return 0
-
-
-def _recorded(folder: Path) -> int | None:
-    """Frames in a run folder, as far as it can be read."""
-    with suppress(RunFolderError):
-        return len(load_run(folder).values("hit"))
-    return None

@@ -23,7 +23,10 @@ _HELP = ("-h", "--help")
 #: What some placeholders for a value stand for.
 _TAKES = {
     **dict.fromkeys(("INT", "N", "K", "FRAMES"), "a whole number"),
+    "INT ...": "whole numbers",
     "FLOAT": "a number",
+    "FLOAT ...": "numbers",
+    "FLOAT|None": "a number, or None",
     "MINUTES": "a number of minutes",
     "True|False": "True or False",
 }
@@ -257,5 +260,5 @@ def _refusal(group: Sequence[str], options: dict[str, Word]) -> str:
     if known is None:
         return f"{option} {values} cannot be read."
     near = meant(values, known.metavar.split("|")) if "|" in known.metavar else ""
-    wrong = f"{option} {values}: this is not" if values else f"{option} needs"
+    wrong = f"{option} {values} cannot be read: it takes" if values else f"{option} needs"
     return f"{wrong} {known.takes}. {near}{known.text}"
