@@ -22,7 +22,7 @@ from somatopy.contract import Modelled, Twin
 from somatopy.experiment import Description, DescriptionError, RunFolder, Session
 from somatopy.experiment.ceiling import EVERY, ceiling
 from somatopy.experiment.missed import miss_distances
-from somatopy.experiment.progress import ProgressBar
+from somatopy.experiment.progress import ProgressBar, robot_time
 from somatopy.experiment.run_folder import CHECKPOINT, write_json
 from somatopy.experiment.sight import write_sight
 
@@ -223,6 +223,8 @@ def play(
         Interrupted: somebody stopped it; a checkpoint has been written.
     """
     session.share_arm()
+    if progress and whole is None:
+        print(robot_time(session.description), file=sys.stderr)
     if progress:
         for remark in session.remarks:
             print(remark, file=sys.stderr)

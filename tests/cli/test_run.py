@@ -10,8 +10,8 @@ import pytest
 from somatopy.analysis import load_run
 from somatopy.cli import main
 from somatopy.cli.options import parse
-from somatopy.cli.run import robot_time
 from somatopy.experiment import load_description, paper
+from somatopy.experiment.progress import robot_time
 
 MAPS = ["--learner.arm-map.shape", "5", "5", "--learner.head-map.shape", "5", "5"]
 QUICK = ["--eye", "geometric", "--motion", "kinematic", *MAPS]

@@ -12,12 +12,13 @@ import tyro
 
 from somatopy.cli.mirror import mark
 from somatopy.cli.options import Flags, parse
-from somatopy.cli.run import note, robot_time
+from somatopy.cli.run import note
 from somatopy.cli.study import carry_out
 from somatopy.experiment import Description, DescriptionError, paper
 from somatopy.experiment.ceiling import EVERY
 from somatopy.experiment.changes import changed, damage_named
 from somatopy.experiment.presets import CONTROLS
+from somatopy.experiment.progress import robot_time
 from somatopy.interventions import SUITE
 from somatopy.registry import LEARNERS
 from somatopy.studies.plan import Condition, Study, seeds_of
@@ -61,9 +62,9 @@ def main(args: Sequence[str]) -> int:
             raise DescriptionError(f"--{word} chooses one; compare takes several: {instead} {getattr(flags, word)},...")
     seeds = seeds_of(flags.seeds, described.seed)
     conditions = _crossed(described, _words(flags.learners), _damages(flags.damages), seeds)
+    study = Study("compare", tuple(conditions), ceiling_every=flags.ceiling_every)
     if not (flags.quiet or flags.dry_run):
         note(f"In each run: {robot_time(described)}")
-    study = Study("compare", tuple(conditions), ceiling_every=flags.ceiling_every)
     return carry_out(study, replace(flags, out=options.out))
 
 

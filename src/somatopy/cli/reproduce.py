@@ -23,7 +23,7 @@ from somatopy.cli.band import Band
 from somatopy.cli.mirror import mark
 from somatopy.cli.options import Flags, parse
 from somatopy.cli.report import illustrate, verdicts
-from somatopy.cli.run import note, result, robot_time
+from somatopy.cli.run import note, result
 from somatopy.experiment import Description, load_description, paper
 from somatopy.experiment.presets import CONTROLS
 from somatopy.experiment.run_folder import CHECKPOINT, DESCRIPTION
@@ -54,8 +54,6 @@ def main(args: Sequence[str]) -> int:
     """Run `somatopy reproduce [OPTIONS]`."""
     options = parse(args, paper(), "somatopy reproduce", TEXT, ReproduceFlags)
     seeds = len(seeds_of(options.flags.seeds, options.description.seed))
-    if not options.quiet:
-        note(robot_time(options.description))
     with begin(options.description, options.out) as (session, opened):
         folder = opened.path
         with _marked(folder), Band.planned(folder, session.description, seeds) as band:

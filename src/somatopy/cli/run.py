@@ -12,12 +12,11 @@ from somatopy.analysis import load_run
 from somatopy.api import run
 from somatopy.cli.options import Options, parse
 from somatopy.cli.words import help_asked
-from somatopy.clock import FRAMES_PER_MINUTE
 from somatopy.experiment import PRESETS, Description, DescriptionError, load_description
 from somatopy.experiment.run_folder import DESCRIPTION
 from somatopy.validation import meant
 
-__all__ = ["described", "main", "note", "parse_named", "result", "robot_time"]
+__all__ = ["described", "main", "note", "parse_named", "result"]
 
 TEXT = """Run a preset, a description file (TOML), or once more what a run folder holds, and write a new run folder.
 
@@ -29,8 +28,6 @@ PROGRAM = "somatopy run PRESET|FILE|RUN"
 def main(args: Sequence[str]) -> int:
     """Run `somatopy run PRESET|FILE [OPTIONS]`."""
     options = parse_named(args, PROGRAM, TEXT)
-    if not options.quiet:
-        note(robot_time(options.description))
     folder = run(options.description, options.out, progress=not options.quiet).path
     if options.json:
         print(json.dumps(result(folder)))
@@ -68,25 +65,6 @@ def described(name: str) -> Description:
         f"{name!r} is neither a preset ({', '.join(PRESETS)}) nor a description file nor a run folder. "
         f"{meant(name, PRESETS)}".strip()
     )
-
-
-def robot_time(description: Description) -> str:
-    """How much robot time an experiment takes, phase by phase.
-
-    Example:
-        >>> from somatopy.experiment import paper
-        >>> robot_time(paper())
-        'Robot time: 304.3 minutes (phase 1, intact: 197.6; phase 2, damaged: 106.7).'
-    """
-    lengths = [_minutes(phase.frames) for phase in description.phases]
-    parts = [f"phase {k}, {p.name}: {m}" for k, (p, m) in enumerate(zip(description.phases, lengths, strict=True), 1)]
-    return f"Robot time: {_minutes(description.frames)} minutes ({'; '.join(parts)})."
-
-
-def _minutes(frames: int) -> str:
-    """Minutes of robot time with one decimal, and more where they are few."""
-    minutes = frames / FRAMES_PER_MINUTE
-    return f"{minutes:,.1f}".removesuffix(".0") if minutes >= 1 or not frames else f"{minutes:.2g}"
 
 
 def result(folder: Path) -> dict[str, Any]:

@@ -9,10 +9,12 @@ from typing import Self
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
+from somatopy.clock import FRAMES_PER_MINUTE
+from somatopy.experiment.description import Description
 from somatopy.experiment.frame import Frame
 from somatopy.experiment.session import Session
 
-__all__ = ["ProgressBar"]
+__all__ = ["ProgressBar", "robot_time"]
 
 _REFRESH_S = 0.2
 #: Over how much wall time frames per second are averaged.
@@ -80,3 +82,22 @@ class ProgressBar:
 
 def _cut(text: str, length: int) -> str:
     return text if len(text) <= length else f"{text[: length - 1]}…"
+
+
+def robot_time(description: Description) -> str:
+    """How much robot time an experiment takes, phase by phase.
+
+    Example:
+        >>> from somatopy.experiment import paper
+        >>> robot_time(paper())
+        'Robot time: 304.3 minutes (phase 1, intact: 197.6; phase 2, damaged: 106.7).'
+    """
+    lengths = [_minutes(phase.frames) for phase in description.phases]
+    parts = [f"phase {k}, {p.name}: {m}" for k, (p, m) in enumerate(zip(description.phases, lengths, strict=True), 1)]
+    return f"Robot time: {_minutes(description.frames)} minutes ({'; '.join(parts)})."
+
+
+def _minutes(frames: int) -> str:
+    """Minutes of robot time with one decimal, and more where they are few."""
+    minutes = frames / FRAMES_PER_MINUTE
+    return f"{minutes:,.1f}".removesuffix(".0") if minutes >= 1 or not frames else f"{minutes:.2g}"
