@@ -220,12 +220,14 @@ def test_a_package_that_is_missing_is_told_with_its_command(
     capsys: pytest.CaptureFixture[str], empty: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Also one that the command line itself needs; a module that is none of somatopy's requirements is no wrong use."""
+    from somatopy.cli import list as listing
+
     for module, code, said in (
         ("tyro", 2, 'the package tyro, which is not installed: pip install "somatopy"'),
         ("somebodys_module", 1, "ModuleNotFoundError: No module named 'somebodys_module' (where: --debug)"),
     ):
         missing = ModuleNotFoundError(f"No module named {module!r}", name=module)
-        monkeypatch.setattr("somatopy.cli.importlib.import_module", Mock(side_effect=missing))
+        monkeypatch.setattr(listing, "main", Mock(side_effect=missing))
         assert main(["list"]) == code
         err = capsys.readouterr().err
         assert said in err and err.count("\n") == 1

@@ -40,8 +40,8 @@ _Switch = Annotated[bool, tyro.conf.FlagCreatePairsOff]
 class CompareFlags(Flags):
     """The common flags, and those of a comparison; those that choose one point to those that take several."""
 
-    learner: Annotated[str | None, mark("KIND", "", None), tyro.conf.Suppress] = None
-    damage: Annotated[str | None, mark("KIND", "", None), tyro.conf.Suppress] = None
+    learner: Annotated[str | None, mark("KIND", "", None)] = None
+    damage: Annotated[str | None, mark("KIND", "", None)] = None
     out: Annotated[Path | None, mark("FOLDER", "The study folder. (default: a new one in runs/)", None)] = None
     learners: Annotated[str, mark("A,B,...", "Kinds of learners or controls, such as frozen.")] = "hebbian,random,fixed"
     damages: Annotated[str, mark("A,B,...", "Damages as in --damage; all: one of each.")] = "none,paper"

@@ -41,7 +41,7 @@ class Word(NamedTuple):
         text: what it means.
         default: what the help says of its default.
         positional: whether no option stands before it.
-        hidden: whether the help leaves it out.
+        hidden: whether the help leaves it out, since it has no text.
     """
 
     name: str
@@ -92,8 +92,8 @@ def words_of(part: Any, prefix: str = "") -> Iterator[Word]:
             for number, item in enumerate(value):
                 yield from words_of(item, f"{name}.{number}.")
         elif told and tyro.conf.Fixed not in marks:
-            flags = [mark in marks for mark in (tyro.conf.Positional, tyro.conf.Suppress)]
-            yield Word(name, told.metavar or "", told.help or "", _default(told, value), *flags)
+            positional = tyro.conf.Positional in marks
+            yield Word(name, told.metavar or "", told.help or "", _default(told, value), positional, not told.help)
 
 
 def _is_table(value: Any) -> bool:
@@ -216,7 +216,7 @@ def check_flags(groups: Sequence[Sequence[str]], options: dict[str, Word]) -> No
             said = meant(word, map(written, options))
             raise DescriptionError(f"Unknown option {word}. {said}Valid ones: {', '.join(map(written, options))}.")
         values = [*first.partition("=")[2:], *behind] if "=" in first else behind
-        if known.metavar and not any(values):
+        if known.metavar and (not values or ("=" in first and values == [""])):
             raise DescriptionError(f"{word} needs {known.takes} behind it: {known.usage}. {known.text}")
         if len(values) > bool(known.metavar):
             raise DescriptionError(f"{values[-1]!r} was not expected here: {word} takes {known.takes}.")
