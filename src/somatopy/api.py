@@ -22,7 +22,7 @@ from somatopy.contract import Modelled, Twin
 from somatopy.experiment import Description, DescriptionError, RunFolder, Session
 from somatopy.experiment.ceiling import EVERY, ceiling
 from somatopy.experiment.missed import miss_distances
-from somatopy.experiment.progress import ProgressBar
+from somatopy.experiment.progress import ProgressBar, robot_time
 from somatopy.experiment.run_folder import CHECKPOINT, write_json
 from somatopy.experiment.sight import write_sight
 
@@ -33,7 +33,15 @@ Parts = Any
 
 
 class Interrupted(KeyboardInterrupt):
-    """Somebody stopped the run; the message says how to go on."""
+    """Somebody stopped the run; the message says how to go on.
+
+    Attributes:
+        signal: the number of the signal that did: 2 for Ctrl-C, 15 for SIGTERM.
+    """
+
+    def __init__(self, message: str = "", number: int = signal.SIGINT) -> None:
+        super().__init__(message)
+        self.signal = int(number)
 
 
 def run(
@@ -215,20 +223,23 @@ def play(
         Interrupted: somebody stopped it; a checkpoint has been written.
     """
     session.share_arm()
+    if progress and whole is None:
+        print(robot_time(session.description), file=sys.stderr)
     if progress:
         for remark in session.remarks:
             print(remark, file=sys.stderr)
     bar, named = ProgressBar(session) if progress else nullcontext(), Path(whole or folder.path)
+    came: list[int] = []
     try:
-        with _stoppable() as stopped, folder.recording(session, since, maps=maps), bar:
+        with _stoppable(came), folder.recording(session, since, maps=maps), bar:
             for _ in session:
-                if stopped():
+                if came:
                     break
     except KeyboardInterrupt:
-        raise Interrupted(_broken_off(session, folder, named)) from None
+        raise Interrupted(_broken_off(session, folder, named), *came[:1]) from None
     if session.done < session.description.frames:
         frames = "1 frame" if session.done == 1 else f"{session.done} frames"
-        raise Interrupted(f"Interrupted after {frames}. {_go_on(named)}")
+        raise Interrupted(f"Interrupted after {frames}. {_go_on(named)}", *came[:1])
 
 
 def _broken_off(session: Session, folder: RunFolder, named: Path) -> str:
@@ -245,11 +256,10 @@ def _go_on(folder: Path) -> str:
 
 
 @contextmanager
-def _stoppable() -> Iterator[Any]:
-    """Whether Ctrl-C or SIGTERM came. Only the main thread may ask for signals: in others nobody does."""
-    came: list[int] = []
+def _stoppable(came: list[int]) -> Iterator[None]:
+    """Note in `came` that Ctrl-C or SIGTERM came. Only the main thread may ask for signals: in others nobody does."""
     if threading.current_thread() is not threading.main_thread():
-        yield lambda: False
+        yield
         return
     before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
 
@@ -261,7 +271,7 @@ def _stoppable() -> Iterator[Any]:
     for number in before:
         signal.signal(number, note)
     try:
-        yield lambda: bool(came)
+        yield
     finally:
         for number, handler in before.items():
             if handler is not None:  # one that was not installed from Python cannot be put back

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields, is_dataclass
+from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any, TypeVar, get_type_hints
 
 if TYPE_CHECKING:
     from pydantic import ValidationError
 
-__all__ = ["explain", "read"]
+__all__ = ["explain", "meant", "near", "read"]
 
 T = TypeVar("T")
 
@@ -20,6 +21,28 @@ _PLAIN = {
     "dataclass_type": "must be a table of keys",
     "predicate_failed": "must be finite",
 }
+
+
+def meant(word: str, valid: Iterable[str]) -> str:
+    """The question whether another word was meant, with a space behind it; nothing where none is near.
+
+    Example:
+        >>> meant("geometic", ["fiducial", "geometric"]), meant("rust", ["paper"])
+        ('Did you mean geometric? ', '')
+    """
+    likely = get_close_matches(word, [*valid], n=1, cutoff=0.6)
+    return f"Did you mean {likely[0]}? " if likely else ""
+
+
+def near(word: str, valid: Iterable[str]) -> str:
+    """The same question inside a sentence, with a space before it.
+
+    Example:
+        >>> near("randm", ["hebbian", "random"])
+        ' (did you mean random?)'
+    """
+    asked = meant(word, valid).strip()
+    return f" ({asked[:1].lower()}{asked[1:]})" if asked else ""
 
 
 def read(settings: type[T], table: Mapping[str, Any], known: tuple[str, ...] = ()) -> T:
@@ -73,9 +96,12 @@ def _explain(error: ValidationError, valid_keys: Callable[[Sequence[str]], Seque
         where, context = ".".join(keys), item.get("ctx", {})
         match item["type"]:
             case "extra_forbidden":
-                yield f"unknown key {where!r}; valid keys there: {', '.join(valid_keys(keys[:-1]))}"
+                valid = [*valid_keys(keys[:-1])]
+                yield f"unknown key {where!r}; valid keys there: {', '.join(valid)}{near(keys[-1], valid)}"
             case "unknown_key":
-                yield f"unknown key {'.'.join([*keys, context['key']])!r}; valid keys there: {context['valid']}"
+                asked = near(context["key"].rpartition(".")[2], context["valid"].split(", "))
+                unknown = ".".join([*keys, context["key"]])
+                yield f"unknown key {unknown!r}; valid keys there: {context['valid']}{asked}"
             case "unknown_kind":
                 yield f"{'.'.join([*keys, 'kind'])} = {context['name']!r} {context['said']}"
             case "missing" | "missing_argument" | "missing_keyword_only_argument":
@@ -85,7 +111,14 @@ def _explain(error: ValidationError, valid_keys: Callable[[Sequence[str]], Seque
             case "value_error":
                 yield f"{where}: {context['error']}"
             case _ if item["loc"][-1:] != ("str",):  # of a union with text, the other member says what is wrong
-                yield f"{where} = {item['input']!r}: {_PLAIN.get(item['type'], item['msg'])}"
+                yield f"{where} = {item['input']!r}: {_PLAIN.get(item['type']) or _in_words(item)}"
+
+
+def _in_words(item: Any) -> str:
+    """What is asked of a value, without the words of a library."""
+    said, context = str(item["msg"]).replace("Input should be", "must be", 1), item.get("ctx", {})
+    choices = re.findall(r"'([^']*)'", str(context.get("expected", "")))
+    return said + (near(item["input"], choices) if isinstance(item["input"], str) else "")
 
 
 def _is_member_of_union(part: int | str) -> bool:

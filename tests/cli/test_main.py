@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from collections.abc import Callable
 from importlib.metadata import version
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 
@@ -71,15 +73,16 @@ def test_version(capsys: pytest.CaptureFixture[str]) -> None:
 
 @pytest.mark.parametrize("verb", VERBS)
 def test_every_verb_has_help_with_an_example(verb: str, capsys: pytest.CaptureFixture[str]) -> None:
-    """Exit code 0, on standard output; experiment commands list their dotted keys, the others take a run folder."""
+    """Exit code 0, on standard output, a screen long; experiment commands name their tables of dotted keys."""
     assert main([verb, "--help"]) == 0
     out, err = capsys.readouterr()
-    assert f"example: somatopy {verb}" in out and err == ""
+    assert out.startswith(f"usage: somatopy {verb}") and f"example: somatopy {verb}" in out and err == ""
+    assert len(out.splitlines()) <= 40
     assert ("--json" in out) == (verb != "demo")
     if verb == "demo":
         assert "--out" in out and "--seed" in out and "--babbling.speed" not in out
-    elif verb in ("reproduce", "run", "compare"):
-        assert "--babbling.speed" in out and "--learner.arm-map.shape" in out and "--damage-minutes" in out
+    elif verb in ("reproduce", "run", "compare", "describe"):
+        assert "--damage-minutes" in out and "body, eye, babbling, learner, phases" in out and "--help phases" in out
     elif verb == "study":
         assert "FILE" in out and "--dry-run" in out and "--babbling.speed" not in out
     elif verb == "check-body":
@@ -92,6 +95,21 @@ def test_every_verb_has_help_with_an_example(verb: str, capsys: pytest.CaptureFi
     ("args", "parts"),
     [
         (["dance"], ["'dance'", ", ".join(VERBS)]),
+        (["repor", "x"], ["'repor'", "Did you mean report?"]),
+        (["demo", "--sed", "1"], ["Unknown option --sed. Did you mean --seed?"]),
+        (["demo", "--seed", "x"], ["--seed x cannot be read: it takes a whole number"]),
+        (["demo", "extra"], ["'extra' was not expected here"]),
+        (["resume"], ["RUN is missing", "somatopy resume runs/"]),
+        (["evaluate", "x", "--postures", "many"], ["--postures many cannot be read: it takes a whole number"]),
+        (["film", "x", "--frm", "1"], ["Unknown option --frm. Did you mean --from?"]),
+        (["check-body"], ["MODEL is missing"]),
+        (["study"], ["FILE is missing", "somatopy study speeds.toml"]),
+        (["run", "paper", "--json", "yes"], ["'yes' was not expected here: --json takes no value"]),
+        (["run", "paper", "--learner", "randm"], ["'randm'", "did you mean random?"]),
+        (["run", "paper", "--damage", "mirored"], ["'mirored'", "did you mean mirrored?"]),
+        (["run", "paper", "--help", "lerner"], ["'lerner'", "Did you mean learner?"]),
+        (["compare", "--learners", "nearst"], ["'nearst'", "did you mean nearest?"]),
+        (["describe", "papr"], ["'papr'", "Did you mean paper?"]),
         (["run"], ["paper", "description file", "somatopy run paper"]),
         (["run", "--seed", "1"], ["paper", "description file"]),
         (["run", "papr"], ["'papr'", "(paper, paper-wide, paper-2016, ", "description file"]),
@@ -100,7 +118,7 @@ def test_every_verb_has_help_with_an_example(verb: str, capsys: pytest.CaptureFi
         (["run", "paper", "--babbling.sped", "1"], ["--babbling.sped", "--babbling.speed"]),
         (["run", "paper", "paper"], ["'paper' was not expected"]),
         (["reproduce", "paper"], ["'paper' was not expected"]),
-        (["list", "--seed"], ["--seed", "--json, --debug"]),
+        (["list", "--jsn"], ["--jsn", "--json, --debug"]),
         (["run", "paper", "--minutes", "nan"], ["at least 0, not nan"]),
         (["reproduce", "--minutes", "-1"], ["at least 0, not -1"]),
         (["reproduce", "--damage-minutes", "inf"], ["at least 0, not inf"]),
@@ -131,6 +149,17 @@ def test_wrong_use_is_told_in_one_paragraph(refused: Refused, args: list[str], p
     message = refused(*args, *(GEOMETRIC if args[0] == "run" and "paper" in args[1:2] else []))
     assert all(part in message for part in parts), message
     assert "\n" not in message
+
+
+def test_a_file_may_start_from_a_preset(refused: Refused, empty: Path) -> None:
+    """An unknown one is told with the near one; keys of the file are checked as ever."""
+    for text, parts in (
+        ("preset = 'papr'", ["mine.toml", "'papr'", "Did you mean paper?"]),
+        ("preset = 'paper'\nsed = 1", ["mine.toml", "'sed'", "did you mean seed?"]),
+    ):
+        (empty / "mine.toml").write_text(text)
+        message = refused("run", "mine.toml")
+        assert all(part in message for part in parts), message
 
 
 def test_wrong_description_files(refused: Refused, empty: Path) -> None:
@@ -185,6 +214,32 @@ def test_without_opengl_it_says_what_to_install(refused: Refused, monkeypatch: p
     monkeypatch.setattr(rendering, "_context_class", rendering._context_class.__wrapped__)
     message = refused("reproduce", *SHORT)
     assert "OpenGL" in message and "apt-get install libegl1" in message
+
+
+def test_a_package_that_is_missing_is_told_with_its_command(
+    capsys: pytest.CaptureFixture[str], empty: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Also one that the command line itself needs; a module that is none of somatopy's requirements is no wrong use."""
+    from somatopy.cli import list as listing
+
+    for module, code, said in (
+        ("tyro", 2, 'the package tyro, which is not installed: pip install "somatopy"'),
+        ("somebodys_module", 1, "ModuleNotFoundError: No module named 'somebodys_module' (where: --debug)"),
+    ):
+        missing = ModuleNotFoundError(f"No module named {module!r}", name=module)
+        monkeypatch.setattr(listing, "main", Mock(side_effect=missing))
+        assert main(["list"]) == code
+        err = capsys.readouterr().err
+        assert said in err and err.count("\n") == 1
+
+
+def test_a_wrong_opengl_is_told_in_one_sentence(empty: Path) -> None:
+    """MuJoCo refuses to be imported then."""
+    command = [sys.executable, "-m", "somatopy", "list"]
+    environment = os.environ | {"MUJOCO_GL": "third"}
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "MUJOCO_GL: third" in done.stderr and "egl or osmesa" in done.stderr and done.stderr.count("\n") == 1
 
 
 def test_tracebacks_with_debug_only(capsys: pytest.CaptureFixture[str], empty: Path) -> None:

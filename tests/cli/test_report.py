@@ -92,7 +92,7 @@ def test_wrong_use_of_a_study_is_told(study: Path, runs: list[Path], capsys: pyt
         (["report", str(study), "--against", "x"], "there are: 'random, none', 'fixed, none'."),
         (["report", str(runs[0]), str(study)], "is a study, which has a report of its own"),
         (["report", str(runs[0]), "--against", "x"], "is none: leave it out"),
-        (["report", str(study), "--against"], "--against needs a condition of the study"),
+        (["report", str(study), "--against"], "--against needs NAME behind it: --against NAME"),
     ):
         assert main(args) == 2
         assert part in capsys.readouterr().err
@@ -101,11 +101,14 @@ def test_wrong_use_of_a_study_is_told(study: Path, runs: list[Path], capsys: pyt
 @pytest.mark.parametrize(
     ("args", "parts"),
     [
-        ([], ["at least one run folder", "somatopy report"]),
+        ([], ["RUN is missing", "somatopy report runs/first"]),
         (["nowhere"], ["nowhere is not a folder"]),
         (["."], ["is not a run folder", "experiment.toml"]),
-        ([".", "--seed", "1"], ["Unknown option --seed", "--out, --against, --json, --debug"]),
-        ([".", "--out"], ["--out needs a file"]),
+        ([".", "--seed", "1"], ["Unknown option --seed", "--against, --out, --json, --debug"]),
+        ([".", "--out"], ["--out needs FILE behind it: --out FILE"]),
+        ([".", "--jso"], ["Unknown option --jso. Did you mean --json?"]),
+        ([".", "--out", "nowhere/page.html"], ["there is no folder nowhere"]),
+        (["nowhere", "--out", "."], ["--out . is a folder: name a file"]),
     ],
 )
 def test_wrong_use_is_told(

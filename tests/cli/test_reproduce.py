@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from somatopy.analysis.claims import CLAIMS
 from somatopy.cli import main
 from somatopy.experiment import Session
 
@@ -65,7 +66,10 @@ def test_json_replaces_the_table(tmp_path: Path, capsys: pytest.CaptureFixture[s
     ]
     assert main(["reproduce", *args, "--json", "--out", str(out)]) == 0
     table = json.loads(capsys.readouterr().out)
-    assert set(table) == SUMMARY | {"folder", "cost"}
+    assert set(table) == SUMMARY | {"folder", "cost", "controls", "claims"}
+    for name in ("random", "fixed", "frozen"):
+        assert table["controls"][name] == json.loads((out / "controls" / name / "summary.json").read_text())
+    assert set(table["claims"]) == {claim.key for claim in CLAIMS}
     assert (out / "figures" / "figure3.png").is_file()
 
 

@@ -9,7 +9,9 @@ import pytest
 
 from somatopy.analysis import load_run
 from somatopy.cli import main
+from somatopy.cli.options import parse
 from somatopy.experiment import load_description, paper
+from somatopy.experiment.progress import robot_time
 
 MAPS = ["--learner.arm-map.shape", "5", "5", "--learner.head-map.shape", "5", "5"]
 QUICK = ["--eye", "geometric", "--motion", "kinematic", *MAPS]
@@ -39,13 +41,12 @@ def test_json_is_one_object_of_summary_and_cost(tmp_path: Path, capsys: pytest.C
     assert "frames/s" in err and "hits" in err
 
 
-def test_the_description_of_a_run_runs_again_to_the_same_bytes(tmp_path: Path) -> None:
-    """`somatopy run <folder>/experiment.toml` repeats it; flags change the copy."""
+def test_a_run_folder_runs_again_to_the_same_bytes(tmp_path: Path) -> None:
+    """`somatopy run <folder>` repeats it, by its experiment.toml or by its name alone; flags change the copy."""
     first, again, other = (tmp_path / name for name in ("first", "again", "other"))
     assert main(["run", "paper", *QUICK, *SHORT, "--out", str(first)]) == 0
-    source = str(first / "experiment.toml")
-    assert main(["run", source, "--out", str(again)]) == 0
-    assert main(["run", source, "--seed", "9", "--out", str(other)]) == 0
+    assert main(["run", str(first), "--out", str(again)]) == 0
+    assert main(["run", str(first / "experiment.toml"), "--seed", "9", "--out", str(other)]) == 0
     for name in ("frames/part-00000.parquet", "summary.json", "experiment.toml"):
         assert (first / name).read_bytes() == (again / name).read_bytes() != (other / name).read_bytes()
 
@@ -56,11 +57,25 @@ def test_an_empty_folder_may_exist(tmp_path: Path) -> None:
     assert (tmp_path / "summary.json").is_file()
 
 
-def test_a_run_without_frames(tmp_path: Path) -> None:
-    """0 minutes are legal."""
-    out = tmp_path / "none"
-    assert main(["run", "paper", *QUICK, "--minutes", "0", "--damage-minutes", "0", "--out", str(out)]) == 0
-    assert [phase["frames"] for phase in (load_run(out).summary or {})["phases"]] == [0, 0]
+def test_a_run_without_frames_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """0 minutes in all: nothing is written, and it is said what to give."""
+    for minutes in (["--minutes", "0"], ["--minutes", "0", "--damage-minutes", "0"]):
+        assert main(["run", "paper", *QUICK, *minutes, "--out", str(tmp_path / "none")]) == 2
+        assert "0 frames in all" in (said := capsys.readouterr().err) and "--minutes 5" in said
+    assert not (tmp_path / "none").exists()
+
+
+def test_robot_time_is_said_first_unless_quiet(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """In all and phase by phase, by number and name; with --quiet nothing is said, and a path printed."""
+    assert robot_time(paper()) == "Robot time: 304.3 minutes (phase 1, intact: 197.6; phase 2, damaged: 106.7)."
+    ten = parse(["--minutes", "10"], paper(), "", "").description
+    assert robot_time(ten) == "Robot time: 10 minutes (phase 1, intact: 6.5; phase 2, damaged: 3.5)."
+    assert main(["run", "paper", *QUICK, *SHORT, "--out", str(tmp_path / "loud")]) == 0
+    assert capsys.readouterr().err.startswith("Robot time: 0.07 minutes (phase 1, intact: 0.05; phase 2")
+    assert main(["run", "paper", *QUICK, *SHORT, "--quiet", "--out", str(tmp_path / "quiet")]) == 0
+    assert capsys.readouterr() == (f"{tmp_path / 'quiet'}\n", "")
+    assert main(["resume", str(tmp_path / "quiet")]) == 0
+    assert "is finished: all its 63 frames had been recorded" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("name", ["random", "fixed", "nearest", "sampled", "links-only"])

@@ -85,7 +85,7 @@ def test_damages_by_table() -> None:
         ({"babling.speed": 1}, "'babling.speed': 'babling' is no table of this experiment; keys there: name, seed, "),
         ({"seed.x": 1}, "'seed.x': 'seed' is no table of this experiment; keys there: name, seed, "),
         ({"babbling.sped": 1}, "S: unknown key 'babbling.sped'; valid keys there: kind, range, speed"),
-        ({"babbling.speed": -1}, "S: babbling.speed = -1: Input should be greater than 0"),
+        ({"babbling.speed": -1}, "S: babbling.speed = -1: must be greater than 0"),
         ({"phases.9.frames": 1}, "'phases.9.frames': there is no entry '9'; there are 2, counted from 0."),
         ({"phases.last.frames": 1}, "'phases.last.frames': there is no entry 'last'; there are 2, counted from 0."),
         ({"phases.1.start": "x"}, "phases.1.start = 'x' is unknown; choose one of continue, "),
@@ -96,7 +96,7 @@ def test_damages_by_table() -> None:
         ({"damage": "offset:1,b"}, "damage = 'offset:1,b': could not convert string to float: 'b'. Write numbers, rad"),
         ({"phases.1.damage": "x"}, "phases.1.damage 'x' is unknown; choose none, paper or offset:a,b,c,d"),
         ({"learner": "x"}, "S: learner.kind = 'x' is unknown; choose one of hebbian, best, random, fixed, nearest, or"),
-        ({"motion": "x"}, "S: body.motion = 'x': Input should be 'dynamic' or 'kinematic'"),
+        ({"motion": "x"}, "S: body.motion = 'x': must be 'dynamic' or 'kinematic'"),
         ({"control": "x"}, "control = 'x' is unknown; choose none or one of random, fixed, "),
         ({"control": ["random"]}, "control = ['random'] is unknown; choose none or one of random, fixed, "),
         (

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 
 from somatopy.experiment import Description, Session, progress
@@ -90,3 +92,32 @@ def test_it_looks_on_for_as_long_as_its_context_lasts(described: Description) ->
         next(alone)
         for seen, unseen in zip(session, alone, strict=True):
             assert (seen.reading.arm == unseen.reading.arm).all() and (seen.gaze == unseen.gaze).all()
+
+
+@pytest.mark.parametrize("width", [80, 100, 160])
+@pytest.mark.parametrize("name", ["short", "an-experiment-with-a-long-name"])
+def test_no_time_is_cut(
+    width: int, name: str, described: Description, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """In one line, at 80 columns too, also where frames per second have six digits."""
+    clock = iter(range(10**9))
+    monkeypatch.setattr(progress, "perf_counter", lambda: next(clock) / 200_000)
+    monkeypatch.setenv("COLUMNS", str(width))
+    watched(described.replaced(name=name))
+    (line,) = capsys.readouterr().err.strip().splitlines()
+    assert len(line) <= width and re.search(r"\d\d\d,\d\d\d frames/s .*% so far +\d:\d\d:\d\d left \d:\d\d:\d\d$", line)
+
+
+def test_frames_per_second_are_averaged(
+    described: Description, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """After fifty frames in a second one takes 1.04 s: the rate is that of both together."""
+    clock = [0.0]
+    monkeypatch.setattr(progress, "perf_counter", lambda: clock[0])
+    with Session(described) as session:
+        with ProgressBar(session):
+            for number in range(51):
+                clock[0] += 1.04 if number == 50 else 0.02
+                next(session)
+        session.close()
+    assert "25 frames/s" in capsys.readouterr().err

@@ -314,8 +314,9 @@ def test_signals_interrupt_also_where_they_were_ignored(
     study = Study("told", (Condition("all", described(), (0,)),))
     before = signal.signal(number, signal.SIG_IGN)
     try:
-        with pytest.raises(somatopy.api.Interrupted):
+        with pytest.raises(somatopy.api.Interrupted) as caught:
             perform(study, tmp_path / "told", backend=Told, progress=False)
+        assert caught.value.signal == number
         assert signal.getsignal(number) == signal.SIG_IGN
     finally:
         signal.signal(number, before)

@@ -51,8 +51,8 @@ def played(phases: Phases) -> list[int]:
 
 
 def phase_title(summary: Mapping[str, Any], index: int) -> str:
-    """Number and state of a phase that has frames, counted among those: phase 1, intact."""
-    return f"phase {1 + played(summary['phases']).index(index)}, {phase_names(summary)[index]}"
+    """Number and state of a phase, counted from 1, as in the description: phase 1, intact."""
+    return f"phase {1 + index}, {phase_names(summary)[index]}"
 
 
 def beside_paper(phases: Phases) -> tuple[int | None, int | None]:

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import importlib
 import os
+import signal
 import sys
 import traceback
 from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError, version
+
+from somatopy.cli.packages import installing
 
 __all__ = ["main"]
 
@@ -22,8 +25,12 @@ VERBS = {
     "compare": "compare learners and damages under many seeds, in all cores",
     "study": "run many experiments that a study file describes, here or on a Ray cluster",
     "check-body": "look at a robot of yours: its joints, its sight, what is wrong, an anatomy for it",
+    "describe": "print the description file of a preset, with comments, to change and run",
     "list": "list presets, bodies, babbling ranges, learners, damages and all other kinds",
 }
+
+#: How MuJoCo begins to refuse a value of this variable, when it is imported.
+_MUJOCO_GL = "invalid value for environment variable MUJOCO_GL"
 
 USAGE = f"""usage: somatopy VERB [OPTIONS]
 
@@ -31,7 +38,7 @@ A robot babbles with its arm, watches its hand, and learns online where to look.
 
 {chr(10).join(f"  {verb:<11}{text}" for verb, text in VERBS.items())}
 
-example: somatopy reproduce --minutes 20 --damage-minutes 10
+example: somatopy run paper --minutes 10 --eye geometric
 Each verb explains itself: somatopy VERB --help
 """
 
@@ -40,10 +47,20 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run one command.
 
     Returns:
-        0 done, 1 failed, 2 wrong use, 130 interrupted, 141 if the reader of standard output left.
+        0 done, 1 failed, 2 wrong use, 130 after Ctrl-C, 143 after SIGTERM, 141 if the reader of standard output left.
         Tracebacks are shown with --debug only.
     """
     args = [*(sys.argv[1:] if argv is None else argv)]  # `list` is a verb's module here, once it is imported
+    try:
+        code = _answer(args)
+        sys.stdout.flush()
+    except BrokenPipeError:  # who read standard output, such as head, has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+        return 141
+    return code
+
+
+def _answer(args: list[str]) -> int:
     if not args or args[0] in ("-h", "--help"):
         print(USAGE, end="")
         return 0 if args else 2
@@ -52,22 +69,19 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 0
     verb, *rest = args
     if verb not in VERBS:
-        return _fail(f"{verb!r} is no verb of somatopy. Choose one of {', '.join(VERBS)}.", 2)
+        from somatopy.validation import meant
+
+        asked = meant(verb, VERBS)
+        return _fail(f"{verb!r} is no verb of somatopy. {asked}Choose one of {', '.join(VERBS)}.", 2)
     os.environ.setdefault("PYDANTIC_ERRORS_INCLUDE_URL", "0")
-    try:
-        code = _called(verb, rest)
-        sys.stdout.flush()
-    except BrokenPipeError:  # who read standard output, such as head, has seen enough
-        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
-        return 141
-    return code
+    return _called(verb, rest)
 
 
 def _called(verb: str, rest: Sequence[str]) -> int:
     try:
         code: int = importlib.import_module(f"somatopy.cli.{verb.replace('-', '_')}").main(rest)
     except KeyboardInterrupt as interrupt:
-        return _fail(str(interrupt) or "Interrupted.", 130)
+        return _fail(str(interrupt) or "Interrupted.", 128 + getattr(interrupt, "signal", signal.SIGINT))
     except SystemExit as error:
         return error.code if isinstance(error.code, int) else 2
     except BrokenPipeError:
@@ -75,10 +89,19 @@ def _called(verb: str, rest: Sequence[str]) -> int:
     except Exception as error:
         if "--debug" in rest:
             traceback.print_exc()
-        if _is_wrong_use(error):
-            return _fail(str(error), 2)
-        return _fail(f"{': '.join(filter(None, (type(error).__name__, str(error))))} (where: --debug)", 1)
+        return _fail(*_told(error))
     return code
+
+
+def _told(error: Exception) -> tuple[str, int]:
+    """What to say of an error, and the exit code."""
+    if isinstance(error, ModuleNotFoundError) and (install := installing(error)):
+        return install, 2
+    if str(error).startswith(_MUJOCO_GL):  # nothing that imports MuJoCo can be imported then
+        return f"{str(error)[:1].upper()}{str(error)[1:]}. Choose egl or osmesa, or none: unset MUJOCO_GL.", 2
+    if _is_wrong_use(error):
+        return str(error), 2
+    return f"{': '.join(filter(None, (type(error).__name__, str(error))))} (where: --debug)", 1
 
 
 def _version() -> str:

@@ -72,15 +72,15 @@ class Band:
     def _log(self) -> Path:
         return self._folder / f"{BAND}.log"
 
-    def wait(self) -> bool:
-        """Wait until the band has ended.
+    def wait(self, quiet: bool = False) -> bool:
+        """Wait until the band has ended; it is said that this is waited for, unless quiet.
 
         Returns:
             Whether it ended well; if not, it is said where to read why.
         """
         if self._process is None:
             return True
-        if self._process.poll() is None:
+        if self._process.poll() is None and not quiet:
             note("The run has ended; waiting for the band of seeds.")
         if self._process.wait():
             note(f"The band of seeds failed: {self._log} says why. Try again: somatopy resume {self._folder}")

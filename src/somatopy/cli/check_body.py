@@ -16,6 +16,7 @@ from somatopy.bodies import MODELS, Anatomy, BodyError, anatomy_path
 from somatopy.bodies.survey import read_model, survey
 from somatopy.cli.check_text import Examined, plain, say
 from somatopy.cli.mirror import mark
+from somatopy.cli.words import read
 from somatopy.experiment.checkup import Checkup, Fault, checkup, model_faults
 from somatopy.experiment.proposing import proposed
 
@@ -45,13 +46,13 @@ class Options:
     anatomy: Annotated[Path | None, mark("FILE", _ANATOMY, None)] = None
     propose: Annotated[_Switch, mark(None, _PROPOSE, None)] = False
     picture: Annotated[Path | None, mark("FILE.png", _PICTURE, None)] = None
-    json: Annotated[_Switch, mark(None, "Print one JSON object; all else goes to standard error.", None)] = False
+    json: Annotated[_Switch, mark(None, "Print one JSON object.", None)] = False
     debug: Annotated[_Switch, mark(None, "Show tracebacks.", None)] = False
 
 
 def main(args: Sequence[str]) -> int:
     """Run `somatopy check-body MODEL [--anatomy FILE] [--propose] [--picture FILE.png] [--json]`."""
-    options = tyro.cli(Options, args=args, prog="somatopy check-body", description=TEXT)
+    options = read(Options, args, "somatopy check-body", TEXT)
     _refuse(options)
     examined = _examined(options)
     say(examined, sys.stderr if options.json or options.propose else sys.stdout)

@@ -12,21 +12,24 @@ import tyro
 
 from somatopy.cli.mirror import mark
 from somatopy.cli.options import Flags, parse
+from somatopy.cli.run import note
 from somatopy.cli.study import carry_out
 from somatopy.experiment import Description, DescriptionError, paper
 from somatopy.experiment.ceiling import EVERY
 from somatopy.experiment.changes import changed, damage_named
 from somatopy.experiment.presets import CONTROLS
+from somatopy.experiment.progress import robot_time
 from somatopy.interventions import SUITE
 from somatopy.registry import LEARNERS
 from somatopy.studies.plan import Condition, Study, seeds_of
+from somatopy.validation import near
 
 __all__ = ["main"]
 
 TEXT = """Compare learners and damages under many seeds: every learner with every damage.
 
-All runs begin with an intact phase (--minutes) and go on with a damaged one (--damage-minutes, half as long if not
-given). Without --eye they have the geometric eye. Learners of one seed meet the same arm movement.
+All runs begin with an intact phase and go on with a damaged one; --minutes is their robot time together. Without --eye
+they have the geometric eye. Learners of one seed meet the same arm movement.
 
 example: somatopy compare --learners hebbian,random,nearest --damages none,paper --seeds 5 --minutes 30
 """
@@ -37,24 +40,16 @@ _Switch = Annotated[bool, tyro.conf.FlagCreatePairsOff]
 class CompareFlags(Flags):
     """The common flags, and those of a comparison; those that choose one point to those that take several."""
 
-    learner: Annotated[str | None, mark("KIND", "Refused: --learners takes several, or one.", None)] = None
-    damage: Annotated[str | None, mark("KIND", "Refused: --damages takes several, or one.", None)] = None
-    out: Annotated[Path | None, mark("FOLDER", "The study folder; runs/<time>_compare if none is named.", None)] = None
-    learners: Annotated[
-        str, mark("A,B,...", "Kinds of learners, or names of controls such as frozen, separated by commas.", None)
-    ] = "hebbian,random,fixed"
-    damages: Annotated[
-        str, mark("A,B,...", "Damages as in --damage, separated by semicolons or commas; all: one of each.", None)
-    ] = "none,paper"
-    seeds: Annotated[int, mark("N", "How many seeds, from --seed up.", None)] = 5
-    processes: Annotated[int | None, mark("N", "Processes of this machine; one a core if not given.", None)] = None
+    learner: Annotated[str | None, mark("KIND", "", None)] = None
+    damage: Annotated[str | None, mark("KIND", "", None)] = None
+    out: Annotated[Path | None, mark("FOLDER", "The study folder. (default: a new one in runs/)", None)] = None
+    learners: Annotated[str, mark("A,B,...", "Kinds of learners or controls, such as frozen.")] = "hebbian,random,fixed"
+    damages: Annotated[str, mark("A,B,...", "Damages as in --damage; all: one of each.")] = "none,paper"
+    seeds: Annotated[int, mark("N", "How many seeds, from --seed up.")] = 5
+    processes: Annotated[int | None, mark("N", "Processes of this machine. (default: one a core)", None)] = None
     ray: Annotated[str | None, mark("ADDRESS", "Run on the Ray cluster at this address.", None)] = None
-    ceiling_every: Annotated[
-        int, mark("FRAMES", "From how many frames the ceiling looks at one; 1 takes ten times as long.", None)
-    ] = EVERY
-    dry_run: Annotated[
-        _Switch, mark(None, "Say how many cells, hours, memory and disk it needs; run nothing.", None)
-    ] = False
+    ceiling_every: Annotated[int, mark("FRAMES", "From how many frames the ceiling looks at one.")] = EVERY
+    dry_run: Annotated[_Switch, mark(None, "Say what time, memory and disk it needs; run nothing.", None)] = False
 
 
 def main(args: Sequence[str]) -> int:
@@ -65,12 +60,11 @@ def main(args: Sequence[str]) -> int:
     for word, instead in (("learner", "--learners"), ("damage", "--damages")):
         if getattr(flags, word) is not None:
             raise DescriptionError(f"--{word} chooses one; compare takes several: {instead} {getattr(flags, word)},...")
-    untouched = described.phases[1:] and described.phases[1].frames == base.phases[1].frames  # by a dotted option
-    if flags.minutes is not None and flags.damage_minutes is None and untouched:
-        described = changed(described, {"damage_minutes": flags.minutes / 2})
     seeds = seeds_of(flags.seeds, described.seed)
     conditions = _crossed(described, _words(flags.learners), _damages(flags.damages), seeds)
     study = Study("compare", tuple(conditions), ceiling_every=flags.ceiling_every)
+    if not (flags.quiet or flags.dry_run):
+        note(f"In each run: {robot_time(described)}")
     return carry_out(study, replace(flags, out=options.out))
 
 
@@ -121,5 +115,6 @@ def _learner(name: str) -> dict[str, Any]:
         return {"learner": name}
     raise DescriptionError(
         f"The learner {name!r} is unknown; choose kinds of learners ({', '.join(LEARNERS)}), controls "
-        f"({', '.join(CONTROLS)}), or name one of your own by its place: my_package.my_file:MyLearner."
+        f"({', '.join(CONTROLS)}){near(name, [*LEARNERS, *CONTROLS])}, or name one of your own by its place: "
+        "my_package.my_file:MyLearner."
     )

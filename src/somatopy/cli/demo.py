@@ -8,8 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-import tyro
-
 from somatopy.analysis import load_run
 from somatopy.analysis.film import Narrator
 from somatopy.analysis.runs import Run
@@ -18,8 +16,10 @@ from somatopy.api import run as run_it
 from somatopy.bodies import NoGL, gl_backend
 from somatopy.cli.film import Scene, film
 from somatopy.cli.mirror import mark
+from somatopy.cli.options import SWITCH
 from somatopy.cli.report import illustrate
 from somatopy.cli.run import note
+from somatopy.cli.words import read
 from somatopy.clock import FRAMES_PER_MINUTE, FRAMES_PER_SECOND
 from somatopy.experiment import Description, Phase, paper
 
@@ -41,7 +41,7 @@ This takes one to two minutes on two cores. The first time it takes one more, be
 """
 #: Length of each scene of the film.
 _SCENE = 6 * FRAMES_PER_SECOND
-_OUT = "The run folder, new or empty; runs/<time>_demo_seed<k> if none is named."
+_OUT = "A folder, new or empty. (default: one in runs/)"
 
 
 @dataclass(frozen=True)
@@ -50,12 +50,12 @@ class Options:
 
     out: Annotated[Path | None, mark("FOLDER", _OUT, None)] = None
     seed: Annotated[int, mark("K", "All random numbers follow from it.")] = 0
-    debug: Annotated[bool, tyro.conf.FlagCreatePairsOff, tyro.conf.Suppress] = False
+    debug: Annotated[SWITCH, mark(None, "Show tracebacks.", None)] = False
 
 
 def main(args: Sequence[str]) -> int:
     """Run `somatopy demo [--out FOLDER] [--seed K]`."""
-    options = tyro.cli(Options, args=args, prog="somatopy demo", description=TEXT)
+    options = read(Options, args, "somatopy demo", TEXT)
     demo(options.out, options.seed)
     return 0
 
@@ -76,11 +76,11 @@ def demo(out: Path | None = None, seed: int = 0, minutes: float = 10.0, after: f
         DescriptionError: the folder cannot be used.
         Interrupted: on Ctrl-C, with a checkpoint written.
     """
-    note(BEFORE.format(minutes=minutes, after=after))
     eye, no_film = _possible()
+    description = described(seed, minutes, after, eye)
+    note(BEFORE.format(minutes=minutes, after=after))
     if no_film:
         note(f"There will be no film. {no_film}\n")
-    description = described(seed, minutes, after, eye)
     run = run_it(description, out)
     note("The report is written; this takes some ten seconds.")
     page = illustrate(run.path)

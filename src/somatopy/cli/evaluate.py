@@ -7,10 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated
 
-import tyro
-
 from somatopy.cli.mirror import mark
 from somatopy.cli.options import OnCheckpoint
+from somatopy.cli.words import read
 from somatopy.experiment.evaluate import evaluate
 
 __all__ = ["main"]
@@ -32,7 +31,7 @@ class Options(OnCheckpoint):
 
 def main(args: Sequence[str]) -> int:
     """Run `somatopy evaluate RUN [--postures N] [--json]`."""
-    options = tyro.cli(Options, args=args, prog="somatopy evaluate", description=TEXT)
+    options = read(Options, args, "somatopy evaluate", TEXT)
     result = evaluate(options.run, options.postures, anyway=options.anyway)
     if options.json:
         print(json.dumps(result))

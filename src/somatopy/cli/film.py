@@ -23,6 +23,7 @@ from somatopy.bodies import gl_backend
 from somatopy.cli.mirror import mark
 from somatopy.cli.options import OnRun
 from somatopy.cli.run import note
+from somatopy.cli.words import read
 from somatopy.clock import FRAMES_PER_MINUTE, FRAMES_PER_SECOND
 from somatopy.experiment.film import Replay
 from somatopy.percept import Floats, Image
@@ -70,7 +71,7 @@ class Options(OnRun):
 
 def main(args: Sequence[str]) -> int:
     """Run `somatopy film RUN [--from MINUTES] [--to MINUTES] [--every N] [--json]`."""
-    options = tyro.cli(Options, args=args, prog="somatopy film", description=TEXT)
+    options = read(Options, args, "somatopy film", TEXT)
     run = load_run(options.run)
     scene = _scene(run, options)
     mp4, gif = film(run, [scene])

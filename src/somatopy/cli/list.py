@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from textwrap import fill
-from typing import Any
+from typing import Annotated, Any
 
 from somatopy.bodies import MODELS, Anatomy
-from somatopy.experiment import PRESETS, DescriptionError
+from somatopy.cli.mirror import mark
+from somatopy.cli.options import SWITCH
+from somatopy.cli.words import read
+from somatopy.experiment import PRESETS
 from somatopy.experiment.description import stands_for
 from somatopy.experiment.presets import CONTROLS
 from somatopy.interventions import SUITE
@@ -16,9 +20,7 @@ from somatopy.registry import BABBLERS, BODIES, EYES, INTERVENTIONS, LEARNERS, M
 
 __all__ = ["main"]
 
-TEXT = """usage: somatopy list [--json]
-
-List presets, robots, babbling ranges, and the kinds of each part. A name stands where the other
+TEXT = """List presets, robots, babbling ranges, and the kinds of each part. A name stands where the other
 commands take it: `somatopy run paper --learner random`, or kind = "random" in a description.
 
 example: somatopy list --json
@@ -27,15 +29,19 @@ _WIDTH, _INDENT = 100, 22
 Table = dict[str, dict[str, str]]
 
 
+@dataclass(frozen=True)
+class Options:
+    """Options of this command."""
+
+    json: Annotated[SWITCH, mark(None, "Print one JSON object.", None)] = False
+    debug: Annotated[SWITCH, mark(None, "Show tracebacks.", None)] = False
+
+
 def main(args: Sequence[str]) -> int:
     """Run `somatopy list [--json]`."""
-    if any(a in ("-h", "--help") for a in args):
-        print(TEXT, end="")
-        return 0
-    if unknown := [a for a in args if a not in ("--json", "--debug")]:
-        raise DescriptionError(f"Unknown option {unknown[0]}. Valid ones: --json, --debug.")
+    options = read(Options, args, "somatopy list", TEXT)
     table = _choices()
-    print(json.dumps(table) if "--json" in args else _laid_out(table))
+    print(json.dumps(table) if options.json else _laid_out(table))
     return 0
 
 

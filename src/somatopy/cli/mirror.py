@@ -19,7 +19,7 @@ from typing_extensions import Doc
 from somatopy.experiment.description import SHORT_FORMS, Phase, stands_for
 from somatopy.registry import INTERVENTIONS, SORTS, Settings
 
-__all__ = ["keys", "mark", "mirrored", "plain", "shown"]
+__all__ = ["described_fields", "is_table", "keys", "kinds_of", "mark", "mirrored", "plain", "shown"]
 
 _Entry = tuple[str, Any, Any]
 _AS_IT_IS = "default: as it is"
@@ -34,15 +34,15 @@ def mirrored(part: Any, as_help: bool = False) -> Any:
     """
     entries: list[_Entry] = []
     if isinstance(part, Settings):
-        entries.append(("kind", Annotated[str, mark("KIND", _kinds_of(part))], part.kind))
-    for name, hint, text in _fields(part):
+        entries.append(("kind", Annotated[str, mark("KIND", kinds_of(part))], part.kind))
+    for name, hint, text in described_fields(part):
         value = getattr(part, name)
         if name == "interventions" and as_help:
             entries += _short_forms(part)
-        elif _is_table(value):
+        elif is_table(value):
             value = mirrored(value, as_help)
             entries.append((name, type(value), value))
-        elif isinstance(value, tuple) and any(map(_is_table, value)):
+        elif isinstance(value, tuple) and any(map(is_table, value)):
             value = tuple(mirrored(item, as_help) for item in value)
             entries.append((name, tuple[tuple(map(type, value))], value))  # type: ignore[misc]
         elif not (value == () and name == "interventions"):
@@ -116,7 +116,7 @@ def _metavar(hint: Any) -> str | None:
 # -- what is in a table ------------------------------------------------------------------------------------------------
 
 
-def _kinds_of(part: Settings) -> str:
+def kinds_of(part: Settings) -> str:
     """What may stand in the place of a part."""
     for kinds in SORTS.values():
         if part.kind in kinds:
@@ -124,11 +124,12 @@ def _kinds_of(part: Settings) -> str:
     return "A part of your own, by its place, module:Name."
 
 
-def _is_table(value: Any) -> bool:
+def is_table(value: Any) -> bool:
+    """Whether a value has keys of its own."""
     return isinstance(value, BaseModel) or (is_dataclass(value) and not isinstance(value, type))
 
 
-def _fields(part: Any) -> Iterator[tuple[str, Any, str]]:
+def described_fields(part: Any) -> Iterator[tuple[str, Any, str]]:
     """Name, plain type and meaning of each field."""
     if isinstance(part, BaseModel):
         for name, info in type(part).model_fields.items():
@@ -212,7 +213,7 @@ def _damage(phase: Phase, damage: Settings | None) -> _Entry:
     kind = Annotated[str, mark("KIND", f"One of none, {', '.join(kinds)}, {_OWN}")]
     own = [
         (name, _settable(hint, said, getattr(damage, name)), getattr(damage, name))
-        for name, hint, said in _fields(damage)
+        for name, hint, said in described_fields(damage)
     ]
     value = _made("Damage", _first_line(damage), [("kind", kind, damage.kind), *own])
     return "damage", type(value), value

@@ -3,32 +3,37 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, fields, make_dataclass
-from difflib import get_close_matches
+from dataclasses import dataclass, field, make_dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, NoReturn
 
 import tyro
 
 from somatopy.cli.mirror import keys, mark, mirrored, plain, shown
 from somatopy.cli.overrides import Option, aliases, chosen, damage_of_phase
-from somatopy.experiment.changes import flagged
+from somatopy.cli.words import Word, check_flags, help_asked, laid_out, name_of, page, parsed, words_of, written
+from somatopy.experiment.changes import flagged, scaled
 from somatopy.experiment.description import Description, DescriptionError, validated
+from somatopy.validation import meant
 
-__all__ = ["Flags", "OnCheckpoint", "OnRun", "Options", "parse"]
+__all__ = ["SWITCH", "Flags", "OnCheckpoint", "OnRun", "Options", "parse"]
 
-_DAMAGES = "none|paper|offset:A,B,C,D|KIND"
-_OUT = "The run folder, new or empty; runs/<time>_<name>_seed<k> if none is named."
-_Switch = Annotated[bool, tyro.conf.FlagCreatePairsOff]
+_DAMAGE = "Its damage: none, paper, offset:A,B,C,D (rad), or another that somatopy list names."
+_MINUTES = "Robot time of all phases together, in proportion; with --damage-minutes, of the first phase."
+_OUT = "A folder, new or empty. (default: one in runs/)"
+#: The type of an option without a value.
+SWITCH = Annotated[bool, tyro.conf.FlagCreatePairsOff]
 _CANNOT = "The options lead to an experiment that cannot be run"
-_BEHIND = """
-Short options choose, dotted ones set any field of what is chosen.
-
-Fields of another kind are shown with it: --learner fixed --help.
-
-More is done in phase N by --phases.N.interventions.K.kind KIND.
-
-K counts from 0 what is done in it: start, plastic, damage, then the rest.
+_TABLES = """Further options set any field, such as --babbling.speed 0.5. They stand in the
+tables {tables}.
+--help TABLE lists the options of one, such as --help phases.
+"""
+_OF_A_TABLE = """These options set fields of {table}. The defaults are those of what is chosen, and
+so are the fields: --learner fixed --help learner.
+"""
+_OF_PHASES = """Phases, and what is done in them, are counted from 0 here, as places in a list:
+phases.0 is what reports call phase 1. In --phases.N.interventions.K.kind KIND,
+K counts start, plastic and damage as well, in this order, before the rest.
 """
 
 
@@ -39,17 +44,16 @@ class Flags:
     eye: Annotated[str | None, mark("KIND", "What finds the marker.", None)] = None
     motion: Annotated[str | None, mark("dynamic|kinematic", "Physics, or joints that obey at once.", None)] = None
     learner: Annotated[str | None, mark("KIND", "What moves the head.", None)] = None
-    minutes: Annotated[float | None, mark("MINUTES", "Robot time of the first phase.", None)] = None
+    minutes: Annotated[float | None, mark("MINUTES", _MINUTES, None)] = None
     damage_minutes: Annotated[float | None, mark("MINUTES", "Robot time of the damaged phase.", None)] = None
-    damage: Annotated[
-        str | None, mark(_DAMAGES, "Damage of that phase, see somatopy list; numbers in rad, one a joint.", None)
-    ] = None
-    healed_minutes: Annotated[
-        float | None, mark("MINUTES", "Robot time of a last phase, in which the damage is undone.", None)
-    ] = None
+    damage: Annotated[str | None, mark("KIND", _DAMAGE, None)] = None
+    healed_minutes: Annotated[float | None, mark("MINUTES", "Robot time of a last phase without the damage.", None)] = (
+        None
+    )
     out: Annotated[Path | None, mark("FOLDER", _OUT, None)] = None
-    json: Annotated[_Switch, mark(None, "Print one JSON object; all else goes to standard error.", None)] = False
-    debug: Annotated[_Switch, mark(None, "Show tracebacks.", None)] = False
+    json: Annotated[SWITCH, mark(None, "Print one JSON object.", None)] = False
+    quiet: Annotated[SWITCH, mark(None, "Say nothing but results and errors.", None)] = False
+    debug: Annotated[SWITCH, mark(None, "Show tracebacks.", None)] = False
 
 
 @dataclass(frozen=True)
@@ -75,6 +79,11 @@ class Options:
         """Whether to print one JSON object."""
         return bool(self.flags.json)
 
+    @property
+    def quiet(self) -> bool:
+        """Whether to say nothing but results and errors."""
+        return bool(self.flags.quiet)
+
 
 def parse(
     args: Sequence[str], description: Description, program: str, text: str, flags: type[Flags] = Flags
@@ -89,30 +98,86 @@ def parse(
         flags: the short flags, where a command has more than the common ones.
 
     Raises:
-        DescriptionError: an unknown option (the valid ones are listed), or a value that does not fit.
-        SystemExit: help was asked for (0) or a value does not parse (2).
+        DescriptionError: an unknown option (the valid ones are listed), a value that does not fit, or no frame to run.
+        SystemExit: help was asked for, and has been printed.
     """
-    asked = [a for a in args if a not in ("-h", "--help")]
-    known = {f.name for f in fields(flags)}
+    asked, tables = _without_help(args)
+    known = {word.name: word for word in words_of(flags)}
     groups = list(_by_option(asked))
-    short = [word for words in groups if _name(words) in known for word in words]
-    given = tyro.cli(flags, args=short, prog=program)
-    table = flagged(vars(given), description)
-    dotted = chosen(table, [Option.of(words) for words in groups if _name(words) not in known])
+    short = [words for words in groups if name_of(words[0]) in known]
+    check_flags(short, known)
+    given = parsed(flags, short, program, known)
+    base = description if given.damage_minutes is not None else scaled(description, given.minutes)
+    table = flagged({**vars(given), **({} if base is description else {"minutes": None})}, base)
+    dotted = chosen(table, [Option.of(words) for words in groups if name_of(words[0]) not in known])
     described = _checked(table, groups)
-    _check_names(groups, [*sorted(known), *keys(mirrored(described)), *aliases(described)])
-    if len(asked) < len(args):
-        _read(mirrored(described, as_help=True), flags, ["--help"], program, text + _BEHIND)
-    words = [*short, *(word for option in dotted for word in option.words)]
-    found = _read(mirrored(described), flags, words, program, text)
-    return Options(_checked(plain(found.description), groups), given)
+    mirror = mirrored(described)
+    _check_names(groups, [*known, *keys(mirror), *aliases(described)])
+    if help_asked(args):
+        _help(tables, mirrored(described, as_help=True), list(known.values()), program, text)
+    options = known | {word.name: word for word in words_of(mirror)}
+    found = parsed(_command(mirror, flags), [*short, *(option.words for option in dotted)], program, options)
+    return Options(_with_frames(_checked(plain(found.description), groups)), given)
 
 
-def _read(mirror: Any, flags: type[Flags], words: Sequence[str], program: str, text: str) -> Any:
-    """Let tyro read the words into short flags and a mirror of the description."""
+def _command(mirror: Any, flags: type[Flags]) -> type:
+    """Short flags and a mirror of the description in one dataclass."""
     entry = ("description", shown(type(mirror)), field(default_factory=lambda: mirror))
-    command = make_dataclass("Command", [entry], bases=(flags,), frozen=True)
-    return tyro.cli(command, args=words, prog=program, description=text, config=(tyro.conf.AvoidSubcommands,))
+    return make_dataclass("Command", [entry], bases=(flags,), frozen=True)
+
+
+def _with_frames(description: Description) -> Description:
+    if description.frames:
+        return description
+    raise DescriptionError(
+        "The phases of this experiment have 0 frames in all, so that nothing would run. Give them robot time: "
+        "--minutes 5."
+    )
+
+
+# -- help --------------------------------------------------------------------------------------------------------------
+
+
+def _without_help(args: Sequence[str]) -> tuple[list[str], list[str]]:
+    """The words that do not ask for help, and the tables that help is asked of."""
+    left, tables, asking = [], [], False
+    for word in args:
+        asking = help_asked([word]) or (asking and not word.startswith("-"))
+        if not asking:
+            left.append(word)
+        elif not help_asked([word]):
+            tables.append(word)
+    return left, tables
+
+
+def _help(tables: Sequence[str], mirror: Any, flags: Sequence[Word], program: str, text: str) -> NoReturn:
+    """Print the help of a command, or the options of the tables that are named."""
+    words = list(words_of(mirror))
+    parts = [_of_table(name, words) for name in tables] or [_of_command(words, flags, program, text)]
+    print("\n\n".join(parts))
+    raise SystemExit(0)
+
+
+def _of_command(words: Sequence[Word], flags: Sequence[Word], program: str, text: str) -> str:
+    single = [word for word in words if "." not in word.name]
+    tables = dict.fromkeys(word.name.partition(".")[0] for word in words if "." in word.name)
+    return page(program, text, [*single, *flags], _TABLES.format(tables=", ".join(tables)).rstrip())
+
+
+def _of_table(name: str, words: Sequence[Word]) -> str:
+    table = name.removeprefix("--").removesuffix(".*").replace("-", "_")
+    own = [word for word in words if f"{word.name}.".startswith(f"{table}.")]
+    if not own:
+        tables = dict.fromkeys(word.name.rpartition(".")[0].replace("_", "-") for word in words if "." in word.name)
+        every = dict.fromkeys(whole for each in tables for whole in (each.partition(".")[0], each))
+        raise DescriptionError(
+            f"There is no table {name!r} of options. {meant(name, every)}Tables: {', '.join(every)}."
+        )
+    behind = _OF_PHASES if table.startswith("phases") else ""
+    return "\n".join([_OF_A_TABLE.format(table=name), laid_out(own), *([f"\n{behind.rstrip()}"] if behind else [])])
+
+
+# -- what was written --------------------------------------------------------------------------------------------------
 
 
 def _checked(table: Mapping[str, Any], groups: Sequence[list[str]]) -> Description:
@@ -130,7 +195,7 @@ def _checked(table: Mapping[str, Any], groups: Sequence[list[str]]) -> Descripti
 
 def _damage_was_written(phase: int, groups: Sequence[list[str]]) -> bool:
     """Whether an option speaks of a phase's damage by its short form."""
-    names = [_name(words) for words in groups]
+    names = [name_of(words[0]) for words in groups]
     return (phase == 1 and "damage" in names) or any(name.startswith(f"phases.{phase}.damage") for name in names)
 
 
@@ -146,25 +211,18 @@ def _by_option(args: Sequence[str]) -> Iterator[list[str]]:
         yield group
 
 
-def _name(words: Sequence[str]) -> str:
-    return words[0].removeprefix("--").partition("=")[0].replace("-", "_")
-
-
 # -- unknown options ---------------------------------------------------------------------------------------------------
 
 
 def _check_names(groups: Sequence[list[str]], valid: Sequence[str]) -> None:
     for words in groups:
-        name, word = _name(words), words[0].partition("=")[0]
+        name, word = name_of(words[0]), words[0].partition("=")[0]
         if not word.startswith("--"):
             raise DescriptionError(f"{word!r} was not expected here; options begin with --.")
         if name not in valid:
-            raise DescriptionError(f"Unknown option {word}. {_meant(name, valid)}Valid ones: {_near(name, valid)}.")
-
-
-def _meant(name: str, valid: Sequence[str]) -> str:
-    likely = get_close_matches(name, valid, n=1, cutoff=0.8)
-    return f"Did you mean {_written(likely[0])}? " if likely else ""
+            raise DescriptionError(
+                f"Unknown option {word}. {meant(word, map(written, valid))}Valid ones: {_near(name, valid)}."
+            )
 
 
 def _near(name: str, valid: Sequence[str]) -> str:
@@ -176,11 +234,7 @@ def _near(name: str, valid: Sequence[str]) -> str:
     there = [key.removeprefix(prefix).partition(".") for key in valid if key.startswith(prefix)]
     tables = [f"{prefix}{first}.*" for first, dot, _ in there if dot]
     single = [f"{prefix}{first}" for first, dot, _ in there if not dot]
-    return ", ".join(map(_written, dict.fromkeys([*single, *tables])))
-
-
-def _written(key: str) -> str:
-    return "--" + key.replace("_", "-")
+    return ", ".join(map(written, dict.fromkeys([*single, *tables])))
 
 
 # -- commands on run folders -------------------------------------------------------------------------------------------
@@ -191,8 +245,8 @@ class OnRun:
     """What the commands that take a run folder share."""
 
     run: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(help="The run folder.", metavar="RUN")]
-    json: Annotated[_Switch, mark(None, "Print one JSON object.", None)] = False
-    debug: Annotated[_Switch, mark(None, "Show tracebacks.", None)] = False
+    json: Annotated[SWITCH, mark(None, "Print one JSON object.", None)] = False
+    debug: Annotated[SWITCH, mark(None, "Show tracebacks.", None)] = False
 
 
 @dataclass(frozen=True)
@@ -200,5 +254,5 @@ class OnCheckpoint(OnRun):
     """What the commands that go on from a run's checkpoint share."""
 
     anyway: Annotated[
-        _Switch, mark(None, "Go on although versions or code are others than those that wrote the folder.", None)
+        SWITCH, mark(None, "Go on although versions or code are others than those that wrote the folder.", None)
     ] = False

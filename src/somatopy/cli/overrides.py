@@ -164,7 +164,7 @@ def _told(table: dict[str, Any], option: Option) -> Option | None:
     places = standing_for("damage", phase["interventions"])
     if len(places) != 1:
         raise DescriptionError(
-            f"{option.word} asks for one damage in phase {number}, which has {len(places)}; choose one with "
+            f"{option.word} asks for one damage in phases.{number}, which has {len(places)}; choose one with "
             f"--phases.{number}.damage.kind KIND, or name the place: --phases.{number}.interventions.K.{behind[-1]}."
         )
     path = ("phases", number, "interventions", str(places[0]), *behind)

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+import tyro
 
 from somatopy.analysis import load_run
 from somatopy.analysis.cells import STUDY, load_study
@@ -21,50 +24,65 @@ from somatopy.analysis.report import write_report, write_study
 from somatopy.analysis.runs import Run, RunFolderError
 from somatopy.analysis.series import distance_units
 from somatopy.analysis.summary import summarise, write_summary
+from somatopy.cli.mirror import mark
+from somatopy.cli.options import SWITCH
+from somatopy.cli.words import read
 from somatopy.percept import Floats
 
-__all__ = ["illustrate", "main", "portray", "shots"]
+__all__ = ["illustrate", "main", "portray", "shots", "verdicts"]
 
-TEXT = """usage: somatopy report RUN... [--out FILE] [--json] [--debug]
-       somatopy report STUDY [--against NAME] [--out FILE] [--json] [--debug]
+TEXT = """Write the page of a run, of several runs side by side, or of a study. It opens in any browser, offline.
 
-Of one run: draw its figures, and write RUN/report.html, which opens in any browser, offline.
-Of several: write one page that compares them, into the first run's folder as comparison.html. Runs that differ in
-nothing but their seed are also taken together.
-Of a study: write STUDY/report.html, means over seeds and paired differences, and beside it table.csv and table.tex.
-
-  --against NAME  the condition of a study that all others are compared with; the first one if not given
-  --out FILE      the page to write instead
-  --json          print one object: the page, its size, and every claim's verdict, run by run; of a study, all rows
-  --debug         show tracebacks
+Of one run it draws the figures, too, and writes RUN/report.html. Of several it writes comparison.html into the first
+one's folder; runs that differ in nothing but their seed are also taken together. Of a study it writes
+STUDY/report.html, means over seeds and paired differences, and beside it table.csv and table.tex.
 
 example: somatopy report runs/first
 example: somatopy report runs/first runs/second --out comparison.html
 example: somatopy report my_study --against frozen
 """
-#: Options that have a value, and what it is.
-NEEDED = {
-    "--out": "a file to write, such as --out comparison.html",
-    "--against": "a condition of the study, such as --against frozen",
-}
 #: What --json says beside the page, computed when it is asked for.
 Told = Callable[[], dict[str, Any]]
 
 
+@dataclass(frozen=True)
+class Options:
+    """Options of this command."""
+
+    run: Annotated[
+        tyro.conf.Positional[tuple[Path, ...]], mark("RUN...", "A run folder, several of them, or a study.", None)
+    ]
+    against: Annotated[
+        str | None, mark("NAME", "The condition of a study to compare with. (default: the first)", None)
+    ] = None
+    out: Annotated[Path | None, mark("FILE", "The page to write instead.", None)] = None
+    json: Annotated[SWITCH, mark(None, "Print one object: the page, its size, claims or rows.", None)] = False
+    debug: Annotated[SWITCH, mark(None, "Show tracebacks.", None)] = False
+
+
 def main(args: Sequence[str]) -> int:
     """Run `somatopy report RUN... [--out FILE]` or `somatopy report STUDY [--against NAME]`."""
-    if any(a in ("-h", "--help") for a in args):
-        print(TEXT, end="")
-        return 0
-    folders, values = _parse(args)
-    out, against = (values.get(option) for option in ("--out", "--against"))
-    report = _of_study if _is_study(folders, against) else _of_runs
-    page, told = report(folders, Path(out) if out else None, against)
-    if "--json" in args:
+    options = read(Options, args, "somatopy report", TEXT)
+    folders = options.run
+    if options.out:
+        _check_target(options.out)
+    report = _of_study if _is_study(folders, options.against) else _of_runs
+    page, told = report(folders, options.out, options.against)
+    if options.json:
         print(json.dumps({"report": str(page), "bytes": page.stat().st_size, **told()}))
     else:
         print(page)
     return 0
+
+
+def _check_target(page: Path) -> None:
+    """Refuse a page that cannot be written before anything is drawn."""
+    if page.is_dir():
+        raise RunFolderError(f"--out {page} is a folder: name a file to write, such as --out {page / 'report.html'}.")
+    if not page.parent.is_dir():
+        raise RunFolderError(f"--out {page}: there is no folder {page.parent}. Make it first, or name another file.")
+    if not os.access(page if page.exists() else page.parent, os.W_OK):
+        raise RunFolderError(f"--out {page} cannot be written: name a file that you may write.")
 
 
 def _is_study(folders: Sequence[Path], against: str | None) -> bool:
@@ -89,9 +107,7 @@ def _of_study(folders: Sequence[Path], out: Path | None, against: str | None) ->
 def _of_runs(folders: Sequence[Path], out: Path | None, _: str | None) -> tuple[Path, Told]:
     alone = len(folders) == 1
     page = illustrate(folders[0], out) if alone else write_report(folders, out or folders[0] / "comparison.html")
-    return page, lambda: {
-        "runs": [{"folder": str(folder), "claims": _verdicts(load_run(folder))} for folder in folders]
-    }
+    return page, lambda: {"runs": [{"folder": str(folder), "claims": verdicts(load_run(folder))} for folder in folders]}
 
 
 def illustrate(folder: Path, out: Path | None = None) -> Path:
@@ -160,27 +176,7 @@ def _apart(run: Run) -> list[tuple[Floats, Floats]]:
     return [(arms[k], heads[k]) for k in (frames[0], frames[np.linalg.norm(ways, axis=1).argmax()])]
 
 
-def _parse(args: Sequence[str]) -> tuple[list[Path], dict[str, str]]:
-    """The folders, and the options that have a value."""
-    words = list(args)
-    values: dict[str, str] = {}
-    folders = []
-    while words:
-        word = words.pop(0)
-        option, _, value = word.partition("=")
-        if option in NEEDED:
-            values[option] = value or (words.pop(0) if words else "")
-            if not values[option]:
-                raise RunFolderError(f"{option} needs {NEEDED[option]}.")
-        elif word.startswith("-") and word not in ("--json", "--debug"):
-            raise RunFolderError(f"Unknown option {word}. Valid ones: --out, --against, --json, --debug.")
-        elif not word.startswith("-"):
-            folders.append(Path(word))
-    if not folders:
-        raise RunFolderError("Name at least one run folder: somatopy report runs/first.")
-    return folders, values
-
-
-def _verdicts(run: Run) -> dict[str, str]:
+def verdicts(run: Run) -> dict[str, str]:
+    """What became of each claim of the paper in a run, by its key."""
     judged = judge(summarise(run), distance_units(run), on_papers_robot(run))
     return {claim.key: finding.verdict for claim, finding in judged}

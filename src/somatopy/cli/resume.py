@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-
-import tyro
+from dataclasses import dataclass
+from typing import Annotated
 
 from somatopy.api import resume
-from somatopy.cli.options import OnCheckpoint
+from somatopy.cli.mirror import mark
+from somatopy.cli.options import SWITCH, OnCheckpoint
 from somatopy.cli.reproduce import CONTROLS_FOLDER, complete
-from somatopy.cli.run import result
+from somatopy.cli.run import note, result
+from somatopy.cli.words import read
+from somatopy.experiment import RunFolder
 
 __all__ = ["main"]
 
@@ -22,11 +25,23 @@ example: somatopy resume runs/20141013-120000_paper_seed0
 """
 
 
+@dataclass(frozen=True)
+class Options(OnCheckpoint):
+    """Options of this command."""
+
+    quiet: Annotated[SWITCH, mark(None, "Say nothing but results and errors.", None)] = False
+
+
 def main(args: Sequence[str]) -> int:
     """Run `somatopy resume RUN [--anyway] [--json]`."""
-    options = tyro.cli(OnCheckpoint, args=args, prog="somatopy resume", description=TEXT)
-    resume(options.run, anyway=options.anyway)
+    options = read(Options, args, "somatopy resume", TEXT)
+    opened = RunFolder(options.run)
+    frames = opened.description().frames
+    finished = opened.checkpoint()["session"]["done"] == frames
+    resume(options.run, anyway=options.anyway, progress=not (finished or options.quiet))
+    if finished and not options.quiet:
+        note(f"{options.run} is finished: all its {frames:,} frames had been recorded before.")
     if (options.run / CONTROLS_FOLDER).is_dir():
-        return complete(options.run, options.json, options.anyway)
+        return complete(options.run, options.json, options.anyway, quiet=options.quiet)
     print(json.dumps(result(options.run)) if options.json else options.run)
     return 0

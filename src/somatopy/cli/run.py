@@ -10,26 +10,25 @@ from typing import Any
 
 from somatopy.analysis import load_run
 from somatopy.api import run
-from somatopy.cli.options import parse
+from somatopy.cli.options import Options, parse
+from somatopy.cli.words import help_asked
 from somatopy.experiment import PRESETS, Description, DescriptionError, load_description
+from somatopy.experiment.run_folder import DESCRIPTION
+from somatopy.validation import meant
 
-__all__ = ["main", "note", "result"]
+__all__ = ["described", "main", "note", "parse_named", "result"]
 
-TEXT = """Run a preset or a description file (TOML) and write a run folder.
+TEXT = """Run a preset, a description file (TOML), or once more what a run folder holds, and write a new run folder.
 
 example: somatopy run paper --learner random --minutes 20 --babbling.speed 0.5
 """
+PROGRAM = "somatopy run PRESET|FILE|RUN"
 
 
 def main(args: Sequence[str]) -> int:
     """Run `somatopy run PRESET|FILE [OPTIONS]`."""
-    named = bool(args) and not args[0].startswith("-")
-    helping = any(a in ("-h", "--help") for a in args)
-    if not named and not helping:
-        raise DescriptionError(f"Name a preset ({', '.join(PRESETS)}) or a description file: somatopy run paper.")
-    description = _described(args[0]) if named else PRESETS["paper"]()
-    options = parse(args[1:] if named else args, description, "somatopy run PRESET|FILE", TEXT)
-    folder = run(options.description, options.out).path
+    options = parse_named(args, PROGRAM, TEXT)
+    folder = run(options.description, options.out, progress=not options.quiet).path
     if options.json:
         print(json.dumps(result(folder)))
     else:
@@ -37,12 +36,35 @@ def main(args: Sequence[str]) -> int:
     return 0
 
 
-def _described(name: str) -> Description:
+def parse_named(args: Sequence[str], program: str, text: str) -> Options:
+    """The options of a command whose first word names a preset, a description file or a run folder.
+
+    Raises:
+        DescriptionError: nothing is named, nothing has that name, or the options do not fit.
+    """
+    named = bool(args) and not args[0].startswith("-")
+    if not named and not help_asked(args):
+        verb = program.rpartition(" ")[0]
+        raise DescriptionError(
+            f"Name a preset ({', '.join(PRESETS)}), a description file or a run folder: {verb} paper."
+        )
+    description = described(args[0]) if named else PRESETS["paper"]()
+    return parse(args[1:] if named else args, description, program, text)
+
+
+def described(name: str) -> Description:
+    """The description of a preset, of a file, or of a run folder."""
+    path = Path(name)
     if name in PRESETS:
         return PRESETS[name]()
-    if not Path(name).is_file():
-        raise DescriptionError(f"{name!r} is neither a preset ({', '.join(PRESETS)}) nor a description file.")
-    return load_description(name)
+    if path.is_file():
+        return load_description(path)
+    if (path / DESCRIPTION).is_file():
+        return load_description(path / DESCRIPTION)
+    raise DescriptionError(
+        f"{name!r} is neither a preset ({', '.join(PRESETS)}) nor a description file nor a run folder. "
+        f"{meant(name, PRESETS)}".strip()
+    )
 
 
 def result(folder: Path) -> dict[str, Any]:

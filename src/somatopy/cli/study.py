@@ -16,6 +16,7 @@ from somatopy.analysis.comparison_table import text_table
 from somatopy.analysis.relearning_table import relearning, relearning_text
 from somatopy.cli.mirror import mark
 from somatopy.cli.run import note
+from somatopy.cli.words import read
 from somatopy.experiment import Description, DescriptionError
 from somatopy.studies.api import backend_for
 from somatopy.studies.driver import perform
@@ -45,20 +46,19 @@ class StudyFlags:
     """Flags of the command."""
 
     file: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(help="The study file.", metavar="FILE")]
-    out: Annotated[Path | None, mark("FOLDER", "The study folder; runs/<time>_<name> if none is named.", None)] = None
-    processes: Annotated[int | None, mark("N", "Processes of this machine; one a core if not given.", None)] = None
+    out: Annotated[Path | None, mark("FOLDER", "The study folder. (default: a new one in runs/)", None)] = None
+    processes: Annotated[int | None, mark("N", "Processes of this machine. (default: one a core)", None)] = None
     ray: Annotated[str | None, mark("ADDRESS", "Run on the Ray cluster at this address.", None)] = None
-    dry_run: Annotated[
-        _Switch, mark(None, "Say how many cells, hours, memory and disk it needs; run nothing.", None)
-    ] = False
+    dry_run: Annotated[_Switch, mark(None, "Say what time, memory and disk it needs; run nothing.", None)] = False
     check: Annotated[_Switch, mark(None, "List cells that older code ran, and run some of them again.", None)] = False
-    json: Annotated[_Switch, mark(None, "Print one JSON object; all else goes to standard error.", None)] = False
+    json: Annotated[_Switch, mark(None, "Print one JSON object.", None)] = False
+    quiet: Annotated[_Switch, mark(None, "Say nothing but results and errors.", None)] = False
     debug: Annotated[_Switch, mark(None, "Show tracebacks.", None)] = False
 
 
 def main(args: Sequence[str]) -> int:
     """Run `somatopy study FILE [OPTIONS]`."""
-    flags = tyro.cli(StudyFlags, args=args, prog="somatopy study", description=TEXT)
+    flags = read(StudyFlags, args, "somatopy study", TEXT)
     table = load_plan(flags.file)
     if "search" in table:
         return look_for(table, flags)
@@ -70,10 +70,11 @@ def look_for(table: dict[str, Any], flags: StudyFlags) -> int:
     """Run a search, and print what came of it."""
     if flags.check or flags.dry_run:
         raise DescriptionError("A search proposes its cells as it goes: it has neither --check nor --dry-run.")
-    result = search(searched(table), flags.out, ray=flags.ray, processes=flags.processes)
+    result = search(searched(table), flags.out, ray=flags.ray, processes=flags.processes, progress=not flags.quiet)
     print(json.dumps(table_of(result)) if flags.json else result.path)
     say_failures(result)
-    note(f"Loss of each proposal: {result.path / LOSSES_FILE}")
+    if not flags.quiet:
+        note(f"Loss of each proposal: {result.path / LOSSES_FILE}")
     return 1 if result.failures else 0
 
 
@@ -92,16 +93,19 @@ def carry_out(study: Study, flags: Any) -> int:
         found = estimate(study, flags.processes)
         print(json.dumps(found.table()) if flags.json else found.text())
         return 0
-    say_eye(study)
-    say_damage(study)
-    result = perform(study, flags.out, processes=flags.processes, backend=backend_for(study, flags.ray))
+    if not flags.quiet:
+        say_eye(study)
+        say_damage(study)
+    backend = backend_for(study, flags.ray)
+    result = perform(study, flags.out, processes=flags.processes, backend=backend, progress=not flags.quiet)
     if flags.json:
         print(json.dumps(table_of(result)))
     else:
         table = relearning(result)
         print(relearning_text(table) if table else text_table(compare(result, measures=TOLD)))
     say_failures(result)
-    note(f"Table of all cells: {result.path / CELLS}. A page of them: somatopy report {result.path}")
+    if not flags.quiet:
+        note(f"Table of all cells: {result.path / CELLS}. A page of them: somatopy report {result.path}")
     return 1 if result.failures else 0
 
 

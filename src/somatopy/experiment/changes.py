@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import accumulate, pairwise
 from typing import Any
 
 from somatopy.experiment.description import SHORT_FORMS, Description, DescriptionError, frames_of, stands_for, validated
 from somatopy.experiment.presets import CONTROLS
 from somatopy.interventions import SUITE
 from somatopy.registry import INTERVENTIONS
+from somatopy.validation import near
 
-__all__ = ["SHORT_WORDS", "changed", "damage_named", "flagged", "replace_short", "standing_for"]
+__all__ = ["SHORT_WORDS", "changed", "damage_named", "flagged", "replace_short", "scaled", "standing_for"]
 
 #: Words that stand for changes of more than one key, and are no dotted keys.
 SHORT_WORDS = ("eye", "motion", "learner", "minutes", "damage_minutes", "damage", "healed_minutes")
@@ -93,6 +95,28 @@ def flagged(short: Mapping[str, Any], description: Description, damage: str = "-
     return table
 
 
+def scaled(description: Description, minutes: float | None) -> Description:
+    """A description whose phases last that many minutes together, each in proportion; as it was if None.
+
+    Raises:
+        DescriptionError: minutes that are negative or no number.
+
+    Example:
+        >>> from somatopy.experiment import paper
+        >>> [phase.frames for phase in scaled(paper(), 10).phases]
+        [5844, 3156]
+    """
+    if minutes is None:
+        return description
+    total, before = frames_of(minutes), description.frames
+    ends = [
+        round(total * end / before) if before else total for end in accumulate(p.frames for p in description.phases)
+    ]
+    lengths = [end - start for start, end in pairwise([0, *ends])]
+    phases = [phase.replaced(frames=length) for phase, length in zip(description.phases, lengths, strict=True)]
+    return description.replaced(phases=phases)
+
+
 def _damage_second(phases: list[dict[str, Any]], words: Mapping[str, Any], damage: str) -> None:
     if len(phases) < 2:
         damaged = {"name": "damaged", "frames": 0, "interventions": [{"kind": "offset"}], "trend_breaks": (7,)}
@@ -135,10 +159,12 @@ def damage_named(text: Any, word: str) -> dict[str, Any] | None:
         except ValueError as error:
             raise DescriptionError(f"{word} {text!r}: {error}. Write numbers, rad, one a joint.") from error
     if text == "offset" or (text not in INTERVENTIONS and not numbers):
-        others = ", ".join(name for name in dict.fromkeys([*INTERVENTIONS, *SUITE]) if name != "offset")
+        known = [name for name in dict.fromkeys([*INTERVENTIONS, *SUITE]) if name != "offset"]
+        others = ", ".join(known)
         raise DescriptionError(
             f"{word} {text!r} is unknown; choose none, paper or offset:a,b,c,d (rad, one a joint), another damage or "
-            f"intervention ({others}), or name one of your own by its place: my_package.my_file:MyDamage."
+            f"intervention ({others}){near(text, known)}, or name one of your own by its place: "
+            "my_package.my_file:MyDamage."
         )
     return {"kind": text}
 

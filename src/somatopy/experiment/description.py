@@ -177,7 +177,7 @@ class Description(_Table):
     """An experiment: seed, robot, eye, babbling, learner and phases."""
 
     name: str = Field("experiment", pattern=r"^[A-Za-z0-9._-]+$", description="Goes into the run folder's name.")
-    seed: int = Field(0, ge=0, description="One seed; every part draws from its own named stream.")
+    seed: int = Field(0, ge=0, description="All random numbers follow from it.")
     body: Annotated[Settings, BODIES] = Field(default_factory=lambda: BODIES.validated({}))
     eye: Annotated[Settings, EYES] = Field(default_factory=lambda: EYES.validated("fiducial"))
     babbling: Annotated[Settings, BABBLERS] = Field(default_factory=lambda: BABBLERS.validated({}))
@@ -254,10 +254,17 @@ def read_table(path: str | Path) -> dict[str, Any]:
 def load_description(path: str | Path) -> Description:
     """Read a description file (TOML). A run folder's experiment.toml is one too.
 
+    With the key `preset` it starts from that preset, and says only what differs (docs/description.md).
+
     Raises:
         DescriptionError: the file cannot be read, is no TOML, or does not fit.
     """
-    return validated(read_table(path), str(path))
+    table = read_table(path)
+    if "preset" in table:
+        from somatopy.experiment.starting import from_preset  # presets are descriptions themselves
+
+        table = from_preset(table, str(path))
+    return validated(table, str(path))
 
 
 def _fields(model: type[BaseModel], keys: Sequence[str]) -> list[str]:

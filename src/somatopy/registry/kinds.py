@@ -19,7 +19,7 @@ from somatopy.registry.places import (
     said,
 )
 from somatopy.registry.settings import Settings, table_of
-from somatopy.validation import read
+from somatopy.validation import near, read
 
 __all__ = [
     "BABBLERS",
@@ -83,7 +83,7 @@ class Kinds:
         module, colon, attribute = place.partition(":")
         if not colon:
             raise UnknownKind(
-                f"is unknown; choose one of {', '.join(self)}, or name one of your own by its place: "
+                f"is unknown; choose one of {', '.join(self)}{near(name, self)}, or name one of your own by its place: "
                 f"my_package.my_file:My{self.sort.title()}"
             )
         if module == "__main__" or NOT_BY_PLACE.search(place):

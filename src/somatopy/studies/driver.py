@@ -9,6 +9,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
+from types import FrameType
 from typing import Any, Protocol
 
 from somatopy.analysis.cells import StudyResult, load_study
@@ -85,11 +86,12 @@ def perform(
             try:
                 with _interruptible(), bar as shown:
                     _work_off(Queue(waiting, study.keep_frames, cells), runner, folder, failures, shown)
-            except KeyboardInterrupt:
+            except KeyboardInterrupt as stopped:
                 ended = sum(cell.key in folder.rows for cell in cells)
                 raise Interrupted(
                     f"Interrupted: {ended} of {len(cells)} cells have ended, and are kept in {folder.path}. "
-                    f"Go on with the same command and --out {folder.path}."
+                    f"Go on with the same command and --out {folder.path}.",
+                    getattr(stopped, "signal", signal.SIGINT),
                 ) from None
             finally:
                 runner.close()
@@ -106,7 +108,11 @@ def _interruptible() -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    before = {number: signal.signal(number, signal.default_int_handler) for number in (signal.SIGINT, signal.SIGTERM)}
+
+    def interrupt(number: int, frame: FrameType | None) -> None:
+        raise Interrupted(number=number)
+
+    before = {number: signal.signal(number, interrupt) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         yield
     finally:

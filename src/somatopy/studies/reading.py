@@ -15,6 +15,7 @@ from somatopy.experiment import PRESETS, Description, DescriptionError, load_des
 from somatopy.experiment.ceiling import EVERY
 from somatopy.experiment.changes import changed
 from somatopy.studies.plan import Condition, Study, seeds_of
+from somatopy.validation import near
 
 __all__ = ["KEYS", "base_of", "distributions", "flattened", "load_plan", "planned", "space_of", "with_changes"]
 
@@ -56,7 +57,9 @@ def planned(table: Mapping[str, Any]) -> Study:
         DescriptionError: an unknown key, or something that cannot be run; each condition is named.
     """
     if unknown := [key for key in table if key not in KEYS]:
-        raise DescriptionError(f"A study has no key {unknown[0]!r}; its keys: {', '.join(KEYS)}.")
+        raise DescriptionError(
+            f"A study has no key {unknown[0]!r}; its keys: {', '.join(KEYS)}{near(unknown[0], KEYS)}."
+        )
     if "search" in table:
         raise DescriptionError("A study with search proposes its conditions as it goes; it is no fixed plan.")
     base = changed(base_of(table), {"eye": "geometric"})

@@ -227,8 +227,7 @@ def _percent(share: float | None, digits: int = 1) -> str:
 def _when(summary: Mapping[str, Any], index: int) -> str:
     if summary["phases"][index]["damage"] != "none":
         return "after the damage"
-    number = played(summary["phases"]).index(index)
-    return f"in phase {number + 1}, undamaged" if number else "while intact"
+    return f"in phase {index + 1}, undamaged" if index else "while intact"
 
 
 def _and(parts: Sequence[str]) -> str:
