@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from somatopy.clock import FRAME
 from somatopy.contract import size
 from somatopy.learners import BestLearner
 from somatopy.learners.best.directions import NEAREST, active
-from somatopy.learners.best.memory import MOST_UNITS, fresh, spacing
+from somatopy.learners.best.memory import MOST_UNITS, fresh, opened, packed, spacing
 from somatopy.learners.best.visibility import corners, evidence, fit_sheet
 from somatopy.percept import Camera, Floats, Percept, Robot, Sighting, Space
 
@@ -76,26 +77,69 @@ def test_it_is_at_most_150_kb() -> None:
     assert size(learner.state()) <= 150_000
 
 
+#: What the units hold, a row each; what all share and a frame may change; what stays as it was made.
+OWN = {"units", "turns", "fields", "used"}
+SHARED = {"numbers", "shift", "home", "speed", "felt", "head", "pixel", "bias", "stride", "gain", "drift", "plane"}
+SHARED |= {"sheet", "recent", "asked", "ends"}
+FITTED = {"reach", "scale"}  # with the pixel gain, and the sheet and all fields with them
+MADE = {"shape", "limits", "low", "span"}
+
+
 def test_a_frame_changes_active_units_and_shared_parts_alone() -> None:
-    """Units whose share a is 0 keep what they say, to the last bit."""
+    """Units whose share a is 0 keep all that they hold, to the last bit, and of the sheet at most four cells learn."""
     learner, world = BestLearner(robot(), np.random.default_rng(0)), World(robot())
     live(learner, world, 1500)
-    command, moved = world.head, 0
+    command, moved, fitted = world.head, 0, 0
     for _ in range(200):
         percept = world.percept(command)
         before = learner.state()["memory"]
         learner.observe(percept)
         command, after = learner.gaze(percept), learner.state()["memory"]
+        assert set(after) == OWN | SHARED | FITTED | MADE
+        changed = {name for name in after if not np.array_equal(before[name], after[name], equal_nan=True)}
+        assert not changed & MADE
+        if changed & FITTED:
+            fitted += 1
+            continue
         index, share = np.empty(NEAREST, np.int64), np.empty(NEAREST)
-        count = int(after["numbers"][0])
-        found = active(after["units"], count, after["felt"][0], index, share)
-        for name in ("turns", "fields"):
-            changed = set(np.flatnonzero((before[name] != after[name]).any(axis=1)).tolist())
-            moved += len(changed)
-            assert changed <= set(index[:found].tolist())
+        found = active(after["units"], int(after["numbers"][0]), after["felt"][0], index, share)
+        for name in OWN:
+            rows = np.flatnonzero((before[name] != after[name]).reshape(len(after[name]), -1).any(axis=1)).tolist()
+            moved += len(rows)
+            assert set(rows) <= set(index[:found].tolist())
         known = int(before["numbers"][0])
         np.testing.assert_array_equal(before["units"][:known], after["units"][:known])
-    assert moved > 1000
+        assert (before["sheet"] != after["sheet"]).sum() <= 4
+    assert moved > 1000 and fitted <= 1
+
+
+def test_a_copy_lives_its_own_life() -> None:
+    """It goes on as the one that it was copied from would have, and leaves that one as it is."""
+    learner, world = BestLearner(robot(), np.random.default_rng(0)), World(robot())
+    live(learner, world, 300)
+    learner.restore(learner.state())  # so that it holds no percept, which nothing copies
+    before, copy = learner.state()["memory"], deepcopy(learner)
+    percepts = [world.percept(world.head) for _ in range(50)]
+    own = [(copy.observe(percept), copy.gaze(percept))[1] for percept in percepts]
+    for name, array in learner.state()["memory"].items():
+        np.testing.assert_array_equal(array, before[name])
+    expected = [(learner.observe(percept), learner.gaze(percept))[1] for percept in percepts]
+    np.testing.assert_array_equal(own, expected)
+
+
+@pytest.mark.parametrize("joints", [1, 3])
+def test_a_memory_is_packed_without_loss(joints: int) -> None:
+    """All values come back by their names, and in the same shapes."""
+    memory = fresh(robot(5, Space([f"head{k}" for k in range(joints)], np.full(joints, -1.0), np.full(joints, 0.9))))
+    filled = memory._replace(
+        **{
+            name: np.arange(array.size, dtype=float).reshape(array.shape) + 1000 * k
+            for k, (name, array) in enumerate(memory._asdict().items())
+            if array.dtype == float
+        }
+    )
+    for name, array in opened(*packed(filled))._asdict().items():
+        np.testing.assert_array_equal(array, getattr(filled, name), err_msg=name)
 
 
 @pytest.mark.parametrize("joints", range(1, 9))

@@ -32,27 +32,32 @@ def best_gaze(memory: Memory, centre: Floats, field: Floats, out: Floats) -> Non
         out: overwritten by the command, shape (m,), rad.
     """
     m, last = centre.size, centre.size - 1
-    own, clipped = _axes(memory, centre)
-    gaze, at, best = np.empty(m), np.zeros(m, np.int64), -np.inf
+    own, lowest, highest = _axes(memory, centre)
+    gaze, at, plain, best = np.empty(m), np.zeros(m, np.int64), True, -np.inf
     place, weight = np.empty(8, np.int64), np.empty(8)
     for first in range(0, field.size, memory.shape[last]):
-        kept = True
+        repeated, plain = not plain, True
         for k in range(last):
-            gaze[k] = _cut(memory, k, clipped[k, at[k]], gaze)
-            kept &= gaze[k] == own[k, at[k]]
-        low, high = _cut(memory, last, -np.inf, gaze), _cut(memory, last, np.inf, gaze)
-        before = np.nan
-        for i in range(memory.shape[last]):
-            angle = min(max(clipped[last, i], low), high)
-            if kept and angle == own[last, i]:
-                value = field[first + i]
-            elif angle == before:
-                continue
-            else:
-                before = gaze[last] = angle
-                value = _value(memory, field, gaze, centre, place, weight)
-            if value > best:
-                best, gaze[last] = value, angle
+            angle = _cut(memory, k, min(max(own[k, at[k]], lowest[k]), highest[k]), gaze)
+            plain &= angle == own[k, at[k]]
+            repeated &= angle == gaze[k]
+            gaze[k] = angle
+        if plain or not repeated:  # rows that are clipped to where the row before was have its candidates
+            low, high = _cut(memory, last, lowest[last], gaze), _cut(memory, last, highest[last], gaze)
+            before, chosen = np.nan, np.nan
+            for i in range(memory.shape[last]):
+                angle = min(max(own[last, i], low), high)
+                if plain and angle == own[last, i]:
+                    value = field[first + i]
+                elif angle == before:
+                    continue
+                else:
+                    before = gaze[last] = angle
+                    value = _value(memory, field, gaze, centre, place, weight)
+                if value > best:
+                    best, chosen = value, angle
+            if not math.isnan(chosen):
+                gaze[last] = chosen
                 out[:] = gaze
         next_row(at, memory.shape)
     if best == -np.inf:
@@ -79,16 +84,13 @@ def chances(memory: Memory, centre: Floats, field: Floats, gazes: Floats, out: F
 
 
 @jit
-def _axes(memory: Memory, centre: Floats) -> tuple[Floats, Floats]:
-    """Head angles at the cells along each axis of the sheet, and these within the limits, shape (m, cells), rad."""
+def _axes(memory: Memory, centre: Floats) -> tuple[Floats, Floats, Floats]:
+    """Head angles at the cells along each axis of the sheet, shape (m, cells), and the limits of each, (m,), rad."""
     own = np.zeros((centre.size, memory.shape.max()))
-    clipped = np.zeros_like(own)
     for k in range(centre.size):
-        low, high = memory.limits[k, 0] + memory.bias[k], memory.limits[k, 1] + memory.bias[k]
         for i in range(memory.shape[k]):
             own[k, i] = centre[k] + (2.0 * i / (memory.shape[k] - 1) - 1.0) * memory.reach[k]
-            clipped[k, i] = min(max(own[k, i], low), high)
-    return own, clipped
+    return own, memory.limits[:, 0] + memory.bias, memory.limits[:, 1] + memory.bias
 
 
 @jit_inlined
@@ -101,7 +103,7 @@ def _cut(memory: Memory, joint: int, angle: float, gaze: Floats) -> float:
     return float(min(max(angle, low), high))
 
 
-@jit
+@jit_inlined
 def _value(memory: Memory, field: Floats, gaze: Floats, centre: Floats, place: Ints, weight: Floats) -> float:
     """Evidence at a gaze, shape (m,), rad, read bilinearly; -inf beyond the sheet."""
     for k in range(gaze.size):

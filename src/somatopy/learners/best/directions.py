@@ -36,12 +36,12 @@ def active(units: Floats, count: int, x: Floats, index: Ints, share: Floats) -> 
     Returns:
         How many units are active.
     """
-    found = 0
+    found, farthest = 0, np.inf
     for unit in range(count):
         square = 0.0
         for k in range(x.size):
             square += (units[unit, k] - x[k]) ** 2
-        if found == NEAREST and square >= share[found - 1]:
+        if square >= farthest:
             continue
         found = min(found + 1, NEAREST)
         place = found - 1
@@ -49,6 +49,8 @@ def active(units: Floats, count: int, x: Floats, index: Ints, share: Floats) -> 
             index[place], share[place] = index[place - 1], share[place - 1]
             place -= 1
         index[place], share[place] = unit, square
+        if found == NEAREST:
+            farthest = share[found - 1]
     variance, least, total, kept = width_of(x.size) ** 2, share[0], 0.0, 0
     while kept < found and share[kept] <= least + 6.0 * variance:
         share[kept] = math.exp(-(share[kept] - least) / (2.0 * variance))

@@ -20,10 +20,10 @@ from somatopy.learners.best.directions import (
     learn_direction,
     powers,
 )
-from somatopy.learners.best.memory import HITS, SURPRISE, TURNS, UNITS, Memory
+from somatopy.learners.best.memory import HITS, SURPRISE, TURNS, UNITS, Memory, opened
 from somatopy.learners.best.schema import count_sight, is_lost, move_schema, pull_schema, surprise
 from somatopy.learners.best.visibility import evidence, fade, fit_sheet, in_reach, is_due, learn_visibility
-from somatopy.percept import Floats
+from somatopy.percept import Floats, Ints
 
 __all__ = ["PARTS", "believe", "choose", "expect", "live", "live_and_choose"]
 
@@ -113,20 +113,26 @@ def _calibrate(memory: Memory, x: Floats, head: Floats, command: Floats, pixel: 
 
 
 @jit
-def live_and_choose(
-    memory: Memory,
-    arm: Floats,
-    target: Floats,
-    head: Floats,
-    command: Floats,
-    pixel: Floats,
-    aspect: float,
-    learns: NDArray[np.bool_],
-) -> float:
-    """`live`, then `choose` where the hand was ever seen, in one call; -1, and nothing has changed, if not finite."""
-    for vector in (arm, target, head, command):
-        if not np.isfinite(vector).all():
+def live_and_choose(floats: Floats, ints: Ints, told: Floats, aspect: float, learns: NDArray[np.bool_]) -> float:
+    """`live`, then `choose` where the hand was ever seen, in one call of few arrays, which are handed over quickly.
+
+    Args:
+        floats: what the learner holds, see `packed`.
+        ints: likewise.
+        told: the vectors that `live` takes, one after the other, shape (2 n + 2 m + 2,).
+        aspect: height of the picture by its width.
+        learns: which parts learn, shape (5,).
+
+    Returns:
+        What `live` does; -1, and nothing has changed, if a posture is not finite.
+    """
+    memory = opened(floats, ints)
+    n, m = memory.low.size, memory.head.size
+    postures, pixel = told[: 2 * (n + m)], told[2 * (n + m) :]
+    for k in range(postures.size):
+        if not math.isfinite(postures[k]):
             return -1.0
+    arm, target, head, command = told[:n], told[n : 2 * n], told[2 * n : 2 * n + m], postures[2 * n + m :]
     error = live(memory, arm, target, head, command, pixel, aspect, learns)
     if memory.numbers[HITS] > 0.0:
         choose(memory, learns[MEMORY])

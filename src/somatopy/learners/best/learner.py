@@ -9,10 +9,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from somatopy.learners.base import Plastic
 from somatopy.learners.best.frame import PARTS, believe, choose, expect, live_and_choose
-from somatopy.learners.best.memory import HITS, SURPRISE, UNITS, Memory, fresh
+from somatopy.learners.best.memory import HITS, SURPRISE, UNITS, Memory, fresh, opened, packed
 from somatopy.percept import Column, Floats, Percept, Robot
 
 __all__ = ["BestLearner"]
+
+#: What a percept tells of postures, in the order in which `live` takes it.
+SENSES = ("arm", "arm_command", "head", "head_command")
 
 
 class BestLearner(Plastic):
@@ -55,16 +58,28 @@ class BestLearner(Plastic):
 
     def __init__(self, robot: Robot, rng: np.random.Generator) -> None:
         self._rng = rng
-        self._memory = fresh(robot)
+        self._hold(fresh(robot))
         width, height = robot.camera.width, robot.camera.height
         self._half, self._aspect = 0.5 * width, height / width
-        self._centre = np.array([0.5 * (width - 1), 0.5 * (height - 1)])
-        sizes = {"arm": len(robot.arm), "head": len(robot.head)}
-        self._shapes = {f"{sense}{kind}": (size,) for sense, size in sizes.items() for kind in ("", "_command")}
+        self._middle = 0.5 * (width - 1), 0.5 * (height - 1)
+        n, m = len(robot.arm), len(robot.head)
+        self._told = np.empty(2 * n + 2 * m + 2)
+        ends = np.cumsum([0, n, n, m, m]).tolist()
+        self._places = [(sense, slice(*ends[k : k + 2])) for k, sense in enumerate(SENSES)]
         self._flagged: frozenset[str] | None = None
         self._learns = np.ones(len(PARTS), np.bool_)
         self._observed: Percept | None = None
         self._error = np.nan
+
+    def _hold(self, memory: Memory) -> None:
+        """Have this memory, by its names and as kernels take it."""
+        self._packed = packed(memory)
+        self._memory = opened(*self._packed)
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """A copied or unpickled learner's names are views of its own arrays again."""
+        self.__dict__.update(state)
+        self._memory = opened(*self._packed)
 
     def observe(self, percept: Percept) -> None:
         """All parts that may learn do, and the next gaze is chosen.
@@ -72,26 +87,24 @@ class BestLearner(Plastic):
         Raises:
             ValueError: a posture of the wrong length or not finite; nothing has been learned then.
         """
-        arm, target = self._vector(percept, "arm"), self._vector(percept, "arm_command")
-        head, command = self._vector(percept, "head"), self._vector(percept, "head_command")
-        pixel = np.full(2, np.nan)
-        if percept.sighting is not None:
-            pixel[:] = percept.sighting.pixel
-            pixel -= self._centre
-            pixel /= self._half
-        error = live_and_choose(self._memory, arm, target, head, command, pixel, self._aspect, self._flags())
+        told = self._told
+        for sense, place in self._places:
+            vector = np.asarray(getattr(percept, sense))
+            if vector.shape != (place.stop - place.start,):
+                raise ValueError(
+                    f"The percept's {sense} has shape {vector.shape} instead of {(place.stop - place.start,)}; "
+                    "nothing has been learned."
+                )
+            told[place] = vector
+        if percept.sighting is None:
+            told[-2:] = np.nan
+        else:
+            (u, v), (middle_u, middle_v) = percept.sighting.pixel, self._middle
+            told[-2], told[-1] = (u - middle_u) / self._half, (v - middle_v) / self._half
+        error = live_and_choose(*self._packed, told, self._aspect, self._flags())
         if error < 0:
             raise ValueError(f"A posture of {percept} is not finite; nothing has been learned.")
         self._observed, self._error = percept, error
-
-    def _vector(self, percept: Percept, sense: str) -> Floats:
-        vector = np.ascontiguousarray(getattr(percept, sense), np.float64)
-        if vector.shape != self._shapes[sense]:
-            raise ValueError(
-                f"The percept's {sense} has shape {vector.shape} instead of {self._shapes[sense]}; "
-                "nothing has been learned."
-            )
-        return vector
 
     def _flags(self) -> NDArray[np.bool_]:
         """Which parts learn, in the order of `PARTS`."""
@@ -118,8 +131,8 @@ class BestLearner(Plastic):
         if not self._memory.numbers[HITS]:
             return np.asarray(self._memory.limits.mean(axis=1))
         posture = np.ascontiguousarray(arm, np.float64)
-        if posture.shape != self._shapes["arm"]:
-            raise ValueError(f"A posture of shape {self._shapes['arm']} is needed, not {posture.shape}.")
+        if posture.shape != self._memory.low.shape:
+            raise ValueError(f"A posture of shape {self._memory.low.shape} is needed, not {posture.shape}.")
         return expect(self._memory, posture, "memory" in self.plastic)
 
     def belief(self, arms: ArrayLike, gazes: ArrayLike) -> Floats:
@@ -162,6 +175,6 @@ class BestLearner(Plastic):
 
     def restore(self, state: dict[str, Any]) -> None:
         """Continue bit for bit from `state`."""
-        self._memory = Memory(**{name: np.array(array) for name, array in state["memory"].items()})
+        self._hold(Memory(**{name: np.asarray(array) for name, array in state["memory"].items()}))
         self._rng.bit_generator.state = state["rng"]
         self._observed, self._error = None, float(state["error"])

@@ -6,11 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from somatopy._jit import jit
+from somatopy._jit import jit, jit_inlined
 from somatopy.clock import FRAMES_PER_MINUTE
 from somatopy.percept import Floats, Ints, Robot
 
-__all__ = ["Memory", "fresh", "spacing"]
+__all__ = ["Memory", "fresh", "opened", "packed", "spacing"]
 
 #: Units that the map has room for, and frames after which one that was never nearest may be replaced.
 MOST_UNITS, UNUSED = 1000, 5 * FRAMES_PER_MINUTE
@@ -25,6 +25,7 @@ BIN = 0.1
 #: Where single numbers stand in `Memory.numbers`: units in use; frames and hits so far; kappa_e; fast and slow average
 #: of the error of direction; fast and slow average of hits; movements from which the pixel gain learned.
 UNITS, FRAMES, HITS, SURPRISE, FAST_ERROR, SLOW_ERROR, FAST_SIGHT, SLOW_SIGHT, TURNS = range(9)
+NUMBERS = 9
 
 
 class Memory(NamedTuple):
@@ -109,7 +110,7 @@ def fresh(robot: Robot) -> Memory:
     first, last = np.rint(limits / BIN).astype(np.int64).T
     ends = np.empty((m, 2, int((last - first).max()) + 1))
     ends[:, 0], ends[:, 1] = -np.inf, np.inf
-    numbers = np.zeros(9)
+    numbers = np.zeros(NUMBERS)
     numbers[[FAST_ERROR, SLOW_ERROR]] = 1.0
     return Memory(
         numbers=numbers,
@@ -141,6 +142,87 @@ def fresh(robot: Robot) -> Memory:
     )
 
 
+def packed(memory: Memory) -> tuple[Floats, Ints]:
+    """All floats and all integers of a memory, each in one array: two are handed to a kernel sooner than 26.
+
+    Returns:
+        The arrays of floats in the order of `Memory`; n, m, the bins of `ends`, then `shape` and `used`.
+    """
+    floats = [array.ravel() for array in memory if array.dtype == np.float64]
+    sizes = np.array([memory.low.size, memory.head.size, memory.ends.shape[2]], np.int64)
+    return np.concatenate(floats), np.concatenate([sizes, memory.shape, memory.used])
+
+
+@jit
+def opened(floats: Floats, ints: Ints) -> Memory:
+    """The memory by names: views of what `packed` made, so that who writes into one writes into the other."""
+    n, m, bins = int(ints[0]), int(ints[1]), int(ints[2])
+    shape, used = ints[3 : 3 + m], ints[3 + m :]
+    cells = 1
+    for k in range(m):
+        cells *= int(shape[k])
+    monomials = _monomials(m)
+    numbers, at = _next(floats, 0, NUMBERS)
+    shift, at = _next(floats, at, n)
+    home, at = _next(floats, at, n)
+    speed, at = _next(floats, at, n)
+    felt, at = _next(floats, at, 2 * n)
+    head, at = _next(floats, at, m)
+    pixel, at = _next(floats, at, 2)
+    bias, at = _next(floats, at, m)
+    stride, at = _next(floats, at, m)
+    gain, at = _next(floats, at, 2 * m)
+    drift, at = _next(floats, at, m)
+    plane, at = _next(floats, at, m * _monomials(n))
+    units, at = _next(floats, at, MOST_UNITS * n)
+    turns, at = _next(floats, at, MOST_UNITS * m)
+    fields, at = _next(floats, at, MOST_UNITS * monomials)
+    sheet, at = _next(floats, at, cells)
+    recent, at = _next(floats, at, cells)
+    reach, at = _next(floats, at, m)
+    scale, at = _next(floats, at, m)
+    asked, at = _next(floats, at, m)
+    ends, at = _next(floats, at, 2 * m * bins)
+    limits, at = _next(floats, at, 2 * m)
+    low, at = _next(floats, at, n)
+    span, at = _next(floats, at, n)
+    return Memory(
+        numbers,
+        shift,
+        home,
+        speed,
+        felt.reshape(2, n),
+        head,
+        pixel,
+        bias,
+        stride,
+        gain.reshape(m, 2),
+        drift,
+        plane.reshape(m, _monomials(n)),
+        units.reshape(MOST_UNITS, n),
+        turns.reshape(MOST_UNITS, m),
+        fields.reshape(MOST_UNITS, monomials),
+        used,
+        sheet,
+        recent,
+        shape,
+        reach,
+        scale,
+        asked,
+        ends.reshape(m, 2, bins),
+        limits.reshape(m, 2),
+        low,
+        span,
+    )
+
+
+@jit_inlined
+def _next(floats: Floats, at: int, count: int) -> tuple[Floats, int]:
+    """So many of the floats from a place on, and the place after them."""
+    return floats[at : at + count], at + count
+
+
+@jit_inlined
 def _monomials(variables: int) -> int:
     """How many monomials of degree 0 to 2 there are."""
     return (variables + 1) * (variables + 2) // 2

@@ -34,7 +34,7 @@ def in_reach(memory: Memory, offset: Floats) -> bool:
     return True
 
 
-@jit
+@jit_inlined
 def corners(memory: Memory, gaze: Floats, centre: Floats, place: Ints, weight: Floats) -> int:
     """The cells around a gaze and their tent weights; a gaze beyond the sheet is clipped to it.
 
@@ -87,7 +87,8 @@ def _sigmoid(z: float) -> float:
 @jit
 def fade(memory: Memory) -> None:
     """E *= .85, once a frame."""
-    memory.recent[:] *= KEPT
+    for cell in range(memory.recent.size):
+        memory.recent[cell] *= KEPT
 
 
 @jit
@@ -181,7 +182,7 @@ def evidence(memory: Memory, recent: bool, index: Ints, share: Floats, found: in
         for i in range(memory.shape[k]):
             u[k, i] = (2.0 * i / (memory.shape[k] - 1) - 1.0) * memory.reach[k] / memory.scale[k]
             along[k, i] = field[1 + k] * u[k, i] + field[1 + m + k] * (u[k, i] ** 2 - 0.4)
-    z, at = memory.sheet.copy(), np.zeros(m, np.int64)
+    z, at, wide, tilt = memory.sheet.copy(), np.zeros(m, np.int64), along[last], u[last]
     for first in range(0, z.size, memory.shape[last]):
         level, slope = field[0], 0.0
         pair = 2 * m + 1
@@ -193,8 +194,9 @@ def evidence(memory: Memory, recent: bool, index: Ints, share: Floats, found: in
                 else:
                     slope += field[pair] * u[k, at[k]]
                 pair += 1
-        for i in range(memory.shape[last]):
-            z[first + i] += level + along[last, i] + slope * u[last, i]
+        row = z[first : first + memory.shape[last]]  # indices that cannot be negative, so that it is vectorised
+        for i in range(row.size):
+            row[i] += level + wide[i] + slope * tilt[i]
         next_row(at, memory.shape)
     if recent:
         z += memory.recent
