@@ -103,8 +103,7 @@ class Twin(Protocol):
         ...
 
     def fingerprint(self) -> bytes:
-        """A digest of all that poses, limits and movements depend on, damages included; caches use it as key.
-        """
+        """A digest of all that poses, limits and movements depend on, damages included; caches use it as key."""
         ...
 
     def another(self) -> Body:
@@ -114,8 +113,7 @@ class Twin(Protocol):
 
 @runtime_checkable
 class SharesArm(Protocol):
-    """A body whose arm moves in the same way whatever the head does, so that runs of one seed can share its movement.
-    """
+    """A body whose arm moves in the same way whatever the head does, so that runs of one seed can share its movement."""
 
     def share_arm(self, key: bytes, frames: int, commands: Callable[[], Floats] | None) -> bool:
         """From the present frame on, take the arm's movement from a cache. This changes no bit of any result.
@@ -359,8 +357,7 @@ class Intervention(Protocol):
         ...
 
     def begin(self, stage: Stage) -> None:
-        """Change things that belong to the state of body or learner. Called once, before the first frame of the phase.
-        """
+        """Change things that belong to the state of body or learner. Called once, before the first frame of the phase."""
         ...
 
     def hold(self, stage: Stage) -> None:
@@ -379,8 +376,7 @@ class Intervention(Protocol):
         ...
 
     def act(self, target: Floats, gaze: Floats, rng: np.random.Generator) -> tuple[Floats, Floats]:
-        """Change the commands to the body: arm target (n_arm,) and head target (n_head,), rad. Called in every frame.
-        """
+        """Change the commands to the body: arm target (n_arm,) and head target (n_head,), rad. Called in every frame."""
         ...
 
     def probes(self) -> Mapping[str, float]:
