@@ -161,7 +161,7 @@ def stored(state: Any, path: str = "state()") -> Any:
 
 
 def check_seed(make: Callable[[int], S], play: Callable[[S, int, int], object]) -> None:
-    """Check that one seed gives one behaviour, and that a checkpoint can hold the state. Arguments as in `check_state`."""
+    """Check that one seed gives one behaviour, and that a checkpoint can hold the state. See `check_state`."""
     original, twin = make(1), make(1)
     with law("one seed, one behaviour", "draw all random numbers from the generator that is given") as holds:
         holds(same(play(original, 0, 37), play(twin, 0, 37)), "two of one seed behave differently")

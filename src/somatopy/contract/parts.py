@@ -113,7 +113,7 @@ class Twin(Protocol):
 
 @runtime_checkable
 class SharesArm(Protocol):
-    """A body whose arm moves in the same way whatever the head does, so that runs of one seed can share its movement."""
+    """A body whose arm moves in the same way whatever the head does, so that runs of one seed can share it."""
 
     def share_arm(self, key: bytes, frames: int, commands: Callable[[], Floats] | None) -> bool:
         """From the present frame on, take the arm's movement from a cache. This changes no bit of any result.
@@ -254,8 +254,9 @@ class Learner(Protocol):
         ...
 
     def predict(self, arm: ArrayLike) -> Floats:
-        """Where the learner would look for this arm posture, shape (n_head,), rad. Draws no random numbers and changes
-        nothing.
+        """Where the learner would look for this arm posture, shape (n_head,), rad.
+
+        Draws no random numbers and changes nothing.
         """
         ...
 
@@ -357,7 +358,7 @@ class Intervention(Protocol):
         ...
 
     def begin(self, stage: Stage) -> None:
-        """Change things that belong to the state of body or learner. Called once, before the first frame of the phase."""
+        """Change things that belong to the state of body or learner. Called once, before the phase's first frame."""
         ...
 
     def hold(self, stage: Stage) -> None:
@@ -376,7 +377,7 @@ class Intervention(Protocol):
         ...
 
     def act(self, target: Floats, gaze: Floats, rng: np.random.Generator) -> tuple[Floats, Floats]:
-        """Change the commands to the body: arm target (n_arm,) and head target (n_head,), rad. Called in every frame."""
+        """Change the targets of arm (n_arm,) and head (n_head,), rad, on their way to the body, in every frame."""
         ...
 
     def probes(self) -> Mapping[str, float]:
