@@ -118,7 +118,7 @@ class Context:
         return postures[rng.choice(len(postures), count, replace=count > len(postures))]
 
     def bounds(self) -> Floats:
-        """The babbling range, low and high of each arm joint (n_arm, 2), rad; the joint limits if the babbler has none."""
+        """The babbling range, low and high of each arm joint (n_arm, 2), rad; or else the joint limits."""
         wanted = getattr(self.description.babbling, "range", "mechanical")
         return self.range(wanted) if isinstance(wanted, str) else np.array(wanted, float)
 
