@@ -94,7 +94,7 @@ def resume(
 
     Raises:
         DescriptionError: the folder is no run folder, its checkpoint is broken or belongs to another description,
-        version or code, or another process runs in it.
+            version or code, or another process runs in it.
         Interrupted: on Ctrl-C or SIGTERM, with a checkpoint written.
     """
     with reopen(folder, anyway=anyway, **parts) as (session, opened, since):

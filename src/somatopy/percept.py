@@ -51,7 +51,7 @@ class Space:
         lower: lower limits, shape (n,).
         upper: upper limits, shape (n,), each above its lower one.
         units: unit of each value and of its limits: "rad" for a hinge, "m" for a slide. Give one `unit` for all values,
-        or a sequence with one for each.
+            or a sequence with one for each.
 
     Raises:
         ValueError: the numbers of names, limits and units differ, or a lower limit is not below its upper one.
@@ -190,7 +190,7 @@ class Camera:
         height: image height, px.
         fovy: vertical field of view, rad.
         intrinsics: focal lengths along u and v, and pixel (u, v) of the optical axis, px. If None, both focal lengths
-        follow from `fovy`, and the axis meets the middle of the image.
+            follow from `fovy`, and the axis meets the middle of the image.
     """
 
     name: str
@@ -345,7 +345,7 @@ class Reading:
         skew: age of the postures when the image was taken, s; 0 in simulation.
         overlap: whether arm and head interpenetrate. They can, since there is no contact between them.
         image: function that returns the camera's picture, (height, width, 3); None if there is none. A `Picture` is
-        drawn at the first call, and its time counts as drawing.
+            drawn at the first call, and its time counts as drawing.
         view: the true poses, or None if they are unknown.
     """
 

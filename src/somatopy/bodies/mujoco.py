@@ -63,13 +63,13 @@ class MujocoBody(Alterations):
         marker: the cube of tags.
         occluders: shapes that can stand between camera and marker. Their poses are in the view of each reading.
         arm_moves_alone: whether nothing couples arm and head, so that the arm moves the same to the last bit whatever
-        the head does.
+            the head does.
         ranges: babbling ranges by name, shape (n_arm, 2), rad: the anatomy's, and "mechanical", the joint limits.
             There is always a range "confined", in which presets babble. If the anatomy has none, it is the joint
             limits.
         model: the compiled MuJoCo model.
         data: the model's state. If arm and head are stepped apart, only joint positions and poses in it are up to date,
-        not velocities and forces. Writing into it then moves nothing: change the model instead.
+            not velocities and forces. Writing into it then moves nothing: change the model instead.
 
     Raises:
         BodyError: model and anatomy do not fit. The message lists what there is.

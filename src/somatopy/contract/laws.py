@@ -175,7 +175,7 @@ def check_state(make: Callable[[int], S], play: Callable[[S, int, int], object])
     Args:
         make: makes a fresh object from a seed.
         play: called with the object, the first frame and the last one (excluded). It lets these frames pass, and
-        returns everything that can be observed of the object meanwhile.
+            returns everything that can be observed of the object meanwhile.
 
     Raises:
         ContractError: it does not. The message names the broken law.

@@ -124,7 +124,7 @@ class SharesArm(Protocol):
             key: identifies everything that the arm's targets depend on.
             frames: the least length of the movement, in frames from time 0. A longer stored movement will do.
             commands: returns the arm's target in each of these frames, shape (frames, n_arm), rad. With it, a movement
-            that is not in the cache is computed and stored. None to use only a movement that is stored already.
+                that is not in the cache is computed and stored. None to use only a movement that is stored already.
 
         Returns:
             Whether the arm now follows a stored movement.
@@ -152,7 +152,7 @@ class Alterable(Protocol):
         Args:
             tilt: angle about its axis to the right, rad. With a positive one it looks further up.
             roll: angle about its line of sight, rad. With a positive one the top of the picture goes to the left, as
-            the camera sees it.
+                the camera sees it.
         """
         ...
 
@@ -344,7 +344,7 @@ class Intervention(Protocol):
 
     Attributes:
         alters_ceiling: whether it changes what the body can see, so that the ceiling must be computed on the changed
-        body.
+            body.
         moves_arm: whether it may change how the arm moves, by changing the body or the arm's targets.
         columns: the values that `probes` gives to the record of frames; () if there are none.
     """

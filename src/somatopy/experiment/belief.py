@@ -41,7 +41,7 @@ class Beliefs:
 
     Args:
         session: the session whose learner is asked. Its body must have a model of itself, and no frame may have run
-        yet.
+            yet.
 
     Attributes:
         arrays: the content of the file, by name:

@@ -25,7 +25,7 @@ def write_checkpoint(path: Path, state: dict[str, Any]) -> None:
     Args:
         path: the file, .npz.
         state: a dictionary whose keys are text. Its values are arrays, numbers, text, lists of numbers or text, or
-        dictionaries of the same sort.
+            dictionaries of the same sort.
 
     Raises:
         TypeError: the state holds something else; the message says where.

@@ -40,7 +40,7 @@ class Outlook:
         fixed_head: this best head posture, shape (n_head,), rad.
         seen: number of head postures that see the hand, for each arm posture, shape (n,).
         heads: the head posture that sees the hand most robustly, for each arm posture, shape (n, n_head), rad;
-        arbitrary if none does.
+            arbitrary if none does.
     """
 
     rate: float

@@ -46,7 +46,7 @@ def written_by(parts: Iterable[object]) -> dict[str, str]:
 
     Args:
         parts: the parts of the experiment and their settings. Each of their modules that is not somatopy's gets a
-        digest of its own, under `OWN_CODE` and its name.
+            digest of its own, under `OWN_CODE` and its name.
     """
     commit = _commit()
     own = {type(part).__module__: file for part in parts if (file := _file_of(part)) is not None}

@@ -116,7 +116,7 @@ class RunFolder:
 
         Raises:
             DescriptionError: the folder is no run folder, or a part that cannot be imported is missing or is another
-            one.
+                one.
         """
         path = self.path / DESCRIPTION
         given = {name: part for name, part in parts.items() if part is not None}
@@ -206,7 +206,7 @@ class RunFolder:
 
         Raises:
             DescriptionError: another process is running in this folder or has continued the run since the checkpoint,
-            or the folder holds a run and no checkpoint is given.
+                or the folder holds a run and no checkpoint is given.
         """
         with self.locked(), self._emptied_if_nothing_ran(session, since):
             self._check_newest(since)

@@ -49,7 +49,7 @@ class Session:
         babbler: a babbler of your own.
         learner: a learner of your own.
         interventions: interventions of your own, as lists by the name of their phase. They follow those of the
-        description.
+            description.
 
     Attributes:
         description: the description, with the parts that were given in place of its own.

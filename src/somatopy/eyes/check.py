@@ -24,7 +24,7 @@ def check_eye(make: Callable[[], Eye], readings: Iterable[Reading]) -> None:
     Args:
         make: makes a fresh eye.
         readings: readings of a body, some with the marker in view and some without. A generator that steps the body
-        will do, since they are used one by one. Pictures that the eye asks for are kept.
+            will do, since they are used one by one. Pictures that the eye asks for are kept.
 
     Raises:
         ContractError: it breaks a law; the message says which, what was seen and how to fix it.

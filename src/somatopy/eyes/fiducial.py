@@ -28,7 +28,7 @@ class FiducialEye:
         camera: size and intrinsics of the pictures.
         marker: sizes, ids and dictionary of the tags. Only these ids of the dictionary are looked for.
         skip: whether to save time by not drawing and searching pictures, or parts of pictures, that can show no tag.
-        This needs a body that knows its true poses. docs/eyes.md says how it was tested.
+            This needs a body that knows its true poses. docs/eyes.md says how it was tested.
 
     Example:
         >>> dictionary = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50)
@@ -98,8 +98,9 @@ class FiducialEye:
         Args:
             image: a whole picture, or a part of one.
             part: place of the part in the whole picture; corners count in the whole. The detector fits lines to
-            outlines in single precision, so that its last digits depend on the place. The part is therefore searched at
-            its place in the whole picture: its first row and column are repeated to the picture's edges.
+                outlines in single precision, so that its last digits depend on the place. The part is therefore
+                searched at its place in the whole picture: its first row and column are repeated to the picture's
+                edges.
         """
         left, top, *_ = part or self._whole
         grey = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)

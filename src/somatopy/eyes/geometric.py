@@ -346,7 +346,7 @@ class GeometricEye:
             rows: which occluders those are, shape (k,).
             view: marker and occluders for the arm's posture.
             first: head posture to try first, if you only need to know whether any sees the marker. The others then stay
-            False.
+                False.
 
         Returns:
             Shape (m,).

@@ -35,7 +35,7 @@ def any_between(poses: Floats, kinds: Ints, sizes: Floats, camera: Floats, point
         sizes: half-sizes and bounding radius of each, shape (n, 4).
         camera: array whose first three entries are the camera's position.
         points: array whose first nine rows are the points, shape (at least 9, 3). They lie in one plane; the last is
-        their middle.
+            their middle.
         radius: radius of a ball around that middle that contains all points.
     """
     way = points[8, 0] - camera[0], points[8, 1] - camera[1], points[8, 2] - camera[2]

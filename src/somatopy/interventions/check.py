@@ -36,7 +36,7 @@ def check_intervention(make: Make, make_body: Callable[[], Body] | None = None) 
     Args:
         make: makes a fresh intervention.
         make_body: makes a fresh body that suits it. By default this is a simple body with four arm joints and two head
-        joints, whose joints are always where they are told to be.
+            joints, whose joints are always where they are told to be.
 
     Raises:
         ContractError: it breaks a law; the message says which, what was seen and how to fix it.

@@ -21,7 +21,7 @@ def check_rule(make: Make) -> None:
 
     Args:
         make: makes a fresh rule; a class that needs no arguments will do. A rule that says it is `local` may change
-        only the link that an update names. Normalising rules, for instance, are not local.
+            only the link that an update names. Normalising rules, for instance, are not local.
 
     Raises:
         ContractError: it breaks a law; the message says which, what was seen and how to fix it.

@@ -73,7 +73,7 @@ class HebbianLinks:
         Args:
             i: node of the first map.
             u: uniform random number in [0, 1). If several links are equally great, it chooses among them with equal
-            chances. In a row that has learned nothing, all links are equal.
+                chances. In a row that has learned nothing, all links are equal.
 
         Raises:
             ValueError: if i is not a node or u is outside [0, 1).

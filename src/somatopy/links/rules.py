@@ -43,7 +43,7 @@ class Rule(Protocol):
 
     Attributes:
         local: whether an update never changes another link than j. Large tables, which keep only links that are not 0,
-        then read this link alone after an update, and any other change is lost. `check_rule` tests it.
+            then read this link alone after an update, and any other change is lost. `check_rule` tests it.
     """
 
     local: bool

@@ -61,7 +61,7 @@ def perform(
         out: the study folder: new, empty, or one in which a study has run; runs/<time>_<name> if None.
         processes: number of processes on this machine; as many as there are cores if None.
         backend: makes the backend that runs the cells, given the folder of what they share; processes of this machine
-        if None.
+            if None.
         progress: whether to show the progress on standard error.
         failed: the `failures` of an earlier call. Their cells are not tried again.
 

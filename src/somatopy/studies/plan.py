@@ -120,7 +120,7 @@ class Study:
 
     Raises:
         DescriptionError: there are no conditions, two have the same name, a part cannot be imported by other processes,
-        or `ceiling_every` is not a whole number from 1 up.
+            or `ceiling_every` is not a whole number from 1 up.
 
     Example:
         >>> from somatopy import paper

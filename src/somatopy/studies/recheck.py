@@ -35,7 +35,7 @@ class Rerun:
         condition: name of its condition.
         seed: its seed.
         differs: for each measure that is not the same to the last bit, the largest difference, in its unit; infinite if
-        one of the two values is no number.
+            one of the two values is no number.
         cause: why it failed; "" if it did not.
     """
 
