@@ -77,7 +77,7 @@ class Anatomy(Table):
             raise ValueError(f"add.freeze names {kept}, which arm or head move; freeze others, or move without them")
         loose = [name for name in self.neck_joints if name not in self.head.joints]
         if loose:
-            raise ValueError(f"add.neck has joints {loose} that nobody moves; name them in [head] joints too")
+            raise ValueError(f"add.neck has joints {loose} that nothing moves; name them in [head] joints too")
         return self
 
     @property

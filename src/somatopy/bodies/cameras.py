@@ -35,8 +35,9 @@ def eye_camera(model: mujoco.MjModel, anatomy: Anatomy) -> Camera:
     name, said = anatomy.camera.name, model.camera(anatomy.camera.name)
     if int(model.cam_projection[said.id]) != _PERSPECTIVE:
         raise BodyError(
-            f"The camera {name!r} of {anatomy.model} is orthographic: nearness does not enlarge what it shows, and no "
-            f'eye can tell where the marker is. Write <camera name="{name}" projection="perspective" fovy="45" .../>.'
+            f"The camera {name!r} of {anatomy.model} is orthographic: things do not look larger when they "
+            f"are near, so no eye can tell where the marker is. "
+            f'Write <camera name="{name}" projection="perspective" fovy="45" .../>.'
         )
     own = tuple(int(side) for side in model.cam_resolution[said.id])
     width, height = (anatomy.camera.width, anatomy.camera.height)
@@ -66,8 +67,8 @@ def pinhole(model: mujoco.MjModel, camera: int, width: int, height: int) -> Came
     """A camera of a model, by its number, as a pinhole camera that takes pictures of some size, px.
 
     MuJoCo shows the whole sensor in any picture. If sensor and picture differ in shape, the two focal lengths differ.
-    Its
-    principal point counts against u and v: a sensor whose middle is right of the optical axis shows the axis left.
+    Its principal point counts against u and v: if the middle of the sensor is right of the optical axis, the picture
+    shows the axis left of its middle.
     """
     plain = Camera(model.camera(camera).name, width, height, fovy=float(np.deg2rad(model.cam_fovy[camera])))
     if not model.cam_sensorsize[camera].any():

@@ -135,8 +135,8 @@ def check_joints(group: JointGroup, anatomy: Anatomy) -> None:
             )
         if not np.isfinite((low, high)).all():
             raise BodyError(
-                f"The joint {name!r} of {anatomy.model} moves from {low:g} to {high:g}: a map of postures needs an end "
-                'on both sides. Give it range="low high", about -3.14 and 3.14 for one that turns all around.'
+                f"The joint {name!r} of {anatomy.model} moves from {low:g} to {high:g}: a map of postures needs "
+                'finite limits. Give it range="low high", about -3.14 and 3.14 for one that turns all around.'
             )
 
 

@@ -150,7 +150,7 @@ def _short_form(key: str, table: dict[str, Any]) -> list[Settings]:
         value = {"kind": "plastic", "parts": value}
     elif value == "none" or (isinstance(value, Mapping) and value.get("kind") == "none"):
         if isinstance(value, Mapping) and len(value) > 1:
-            raise _wrong(key, value, "choice", "the kind none has no keys of its own; leave them away")
+            raise _wrong(key, value, "choice", "the kind none has no keys of its own; leave them out")
         return []
     try:
         return [INTERVENTIONS.validated(value)]

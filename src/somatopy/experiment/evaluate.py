@@ -47,8 +47,8 @@ def evaluate(folder: str | Path, postures: int = 2000, *, anyway: bool = False, 
     with _Still(description) as session:
         if not isinstance(session.body, Twin):
             raise DescriptionError(
-                f"The body of {folder} has no model of itself, so that nobody can tell what it would see in postures "
-                "that it has not met."
+                f"The body of {folder} has no model of itself, which evaluate needs to compute what the robot would "
+                "see in other postures."
             )
         source.restore(session, anyway=anyway)
         if not session.done:  # no phase has begun

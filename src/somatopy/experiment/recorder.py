@@ -75,7 +75,7 @@ class Recorder:
             for name, column in self._probes:
                 column[row] = frame.probes[name]
         except KeyError as error:
-            raise ValueError(f"The column {error} is declared, but no probes() tells its value.") from error
+            raise ValueError(f"The column {error} is declared, but no probes() gives its value.") from error
         self._row += 1
         self.frames += 1
         if self._row == PART_FRAMES:

@@ -132,9 +132,9 @@ class RunFolder:
         """
         if not (self.path / name).exists():
             raise DescriptionError(
-                f"{self.path} has no {name}, so that nobody can go on from it; nothing was changed. Restore that file "
-                "from a copy, or run the experiment again into another folder. A run whose body has no state() and "
-                "restore() never has one: it cannot be resumed."
+                f"{self.path} has no {name}, so that the run cannot be continued; nothing was changed. Restore that "
+                "file from a copy, or run the experiment again into another folder. A run whose body has no state() "
+                "and restore() never has one: it cannot be resumed."
             )
         return read_checkpoint(self.path / name)
 

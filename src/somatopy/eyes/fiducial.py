@@ -75,7 +75,7 @@ class FiducialEye:
             if part[2] == 0:
                 return None
         if reading.image is None:
-            raise ValueError("This body takes no pictures; the fiducial eye needs some. Use another eye.")
+            raise ValueError("This body takes no pictures, which the fiducial eye needs. Use another eye.")
         tags = self.detect(self._taken(reading.image, part), part)
         if not tags:
             return None

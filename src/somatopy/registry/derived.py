@@ -55,7 +55,9 @@ def derived(
         return part(*given, **{entry.name: _own(getattr(self, entry.name)) for entry in fields(self)})
 
     if reserved := [key for key, *_ in free if hasattr(Settings, key)]:
-        raise UnknownKind(f"cannot be set: an argument may not be called {reserved[0]}, as all settings have that")
+        raise UnknownKind(
+            f"cannot be set: an argument may not be called {reserved[0]}, which is a member of all settings; rename it"
+        )
     body = {"build": build, "own_kind": name, "__doc__": inspect.getdoc(part) or f"A {sort} of your own."}
     body["__pydantic_config__"] = {**Settings.__pydantic_config__, "arbitrary_types_allowed": True}
     made = make_dataclass(

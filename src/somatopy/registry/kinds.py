@@ -91,7 +91,7 @@ class Kinds:
                 f"was handed over when the run began and cannot be imported; hand it over again: {self._again}"
             )
         if not is_importable(module, attribute):
-            raise UnknownKind(f"is no place of a part; write it as my_package.my_file:My{self.sort.title()}")
+            raise UnknownKind(f"is not the place of a part; write it as my_package.my_file:My{self.sort.title()}")
         return self.of(found(module, attribute), NAMES.get(place, place))
 
     def of(self, part: Any, name: str | None = None) -> type[Settings]:
@@ -104,7 +104,7 @@ class Kinds:
         if isinstance(part, type) and issubclass(part, Settings):
             return _whole(part)
         if not callable(part):
-            raise UnknownKind(f"is no {self.sort}: it is {part!r}, which makes nothing")
+            raise UnknownKind(f"is no {self.sort}: it is {part!r}, which is neither a part nor makes one")
         place = place_of(part)
         return derived(part, name or NAMES.get(place, place), self.sort, self.made_from, self.kept)
 

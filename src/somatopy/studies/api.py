@@ -83,7 +83,7 @@ def _conditions(described: Mapping[str, Description], seeds: tuple[int, ...], ey
         )
     if wrong := [name for name, one in described.items() if not isinstance(one, Description)]:
         raise DescriptionError(
-            f"{wrong[0]!r} must be a description, such as paper(), not {described[wrong[0]]!r}. What a study file "
-            "holds, as plain data, becomes a study by somatopy.studies.planned."
+            f"{wrong[0]!r} must be a description, such as paper(), not {described[wrong[0]]!r}. To make a "
+            "study from the plain data of a study file, call somatopy.studies.planned."
         )
     return [Condition(name, changed(one, {"eye": eye}) if eye else one, seeds) for name, one in described.items()]

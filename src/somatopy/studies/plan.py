@@ -138,8 +138,8 @@ class Study:
     def __post_init__(self) -> None:
         if type(self.ceiling_every) is not int or self.ceiling_every < 1:
             raise DescriptionError(
-                f"ceiling_every = {self.ceiling_every!r} must say from how many frames the ceiling looks at one: a "
-                f"whole number from 1, every frame, up. If it is not given, that is {EVERY}."
+                f"ceiling_every = {self.ceiling_every!r} must be a whole number from 1 up: the ceiling looks at "
+                f"one frame out of so many. If it is not given, it is {EVERY}."
             )
         names = [condition.name for condition in self.conditions]
         if not names:

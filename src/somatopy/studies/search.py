@@ -228,7 +228,7 @@ def search(what: Search, out: str | Path | None = None, *, ray: str | None = Non
         if result:
             write_whole(result.path / LOSSES_FILE, json.dumps({"loss": what.loss, "losses": losses}, indent=1) + "\n")
     if result is None:
-        raise DescriptionError(f"The search {what.name!r} has no proposal that can be run: look at its space.")
+        raise DescriptionError(f"None of the proposals of the search {what.name!r} can be run. Check its space.")
     return result
 
 
