@@ -1,4 +1,6 @@
-"""One training, four continuations: which parts must go on learning after damage, maps, links, both or none?
+"""Which parts must go on learning after a damage: the maps, the links, both, or neither?
+
+One run trains the paper's learner. Four continuations of it then meet the damage, each with other parts that learn.
 
 usage: python forked_experiment.py [MINUTES of training and of each continuation, 10 by default]
 """

@@ -1,4 +1,4 @@
-"""A learner of your own in 40 lines: it keeps the contract, and runs against the paper's on the same arm movements.
+"""Write a learner of your own in 40 lines, check its contract, and compare it with the paper's on the same movements.
 
 usage: python own_learner.py [MINUTES of robot time, 10 by default]
        somatopy compare --learners hebbian,own_learner:QuadraticGaze --damages none,gain   (in the folder of this file)
@@ -15,7 +15,10 @@ from somatopy.learners import Plastic, Scale
 
 
 class QuadraticGaze(Plastic):
-    """Head posture as a quadratic function of the arm's, fitted to the hits; where the hand is lost, around it."""
+    """Predicts the head posture as a quadratic function of the arm posture, fitted to the hits.
+
+    Least squares; old hits fade. While the hand is out of view, the gaze searches around the prediction.
+    """
 
     parts = frozenset({"fit"})
 

@@ -1,4 +1,4 @@
-"""A map of your own in 20 lines: it keeps the contract, and learns beside another on inputs that move.
+"""Write a map of your own in 20 lines, check its contract, and compare it with a neural gas on inputs that move.
 
 usage: python own_map.py
 """

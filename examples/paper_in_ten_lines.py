@@ -1,4 +1,4 @@
-"""The paper's experiment, shortened: 20 minutes intact, then 10 with a damaged arm sense."""
+"""Run the paper's experiment, shortened: 20 minutes intact, then 10 minutes with a damage to the arm's sense."""
 
 from somatopy import paper, run
 

@@ -1,4 +1,4 @@
-"""Read a run with pandas: how the hit rate grew, how far the gaze was off, and where the arm is when it is missed.
+"""Read a run with pandas: print how far the gaze was off, how often the hand was seen, and in which postures.
 
 usage: python read_a_run.py RUN
 """

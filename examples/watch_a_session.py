@@ -1,4 +1,4 @@
-"""An experiment without files: look on frame by frame, and stop when you have seen enough.
+"""Run an experiment frame by frame without writing files, and stop when the hand was seen often enough.
 
 usage: python watch_a_session.py [MINUTES of robot time at most, 1 by default] [--pictures]
 
@@ -19,7 +19,7 @@ ENOUGH = 300
 
 
 class Diary:
-    """A sink: it is shown every frame, and says every ten seconds how near the gaze came to the hand."""
+    """A sink: the session calls it with every frame. It prints every ten seconds how far the gaze was off."""
 
     def __init__(self):
         self.errors = []
@@ -32,7 +32,7 @@ class Diary:
 
 
 def keep_first_hit(frame):
-    """A sink that asks for the picture, which the session therefore draws before the robot moves on."""
+    """A sink that saves the first picture with a hit. It asks for pictures, so the session draws them while it can."""
     if frame.sighting is not None and not Path("hand.png").exists():
         matplotlib.image.imsave("hand.png", frame.reading.image())
 

@@ -333,7 +333,7 @@ def test_a_learner_of_your_own_is_resumed_with_it(tiny: Description, tmp_path: P
     with pytest.raises(DescriptionError, match=r"began with the learner '.*mine'; '.*other' was handed over"):
         resume(folder, learner=other)
     for part, given in {"learner": 3, "babbler": "none", "interventions": {"a": [3]}}.items():
-        with pytest.raises(DescriptionError, match=rf"^{part}: is no \w+: it is .*, which makes nothing\.$"):
+        with pytest.raises(DescriptionError, match=rf"^{part}: is no \w+: it is .*, which is neither .*\.$"):
             resume(folder, **{part: given})
     assert len(contents(resume(folder, learner=mine))) == 4
     assert contents(folder) == expected

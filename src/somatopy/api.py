@@ -1,4 +1,4 @@
-"""An experiment in one call: run it, resume it, fork it."""
+"""Run, resume or fork an experiment in one call."""
 
 from __future__ import annotations
 
@@ -33,10 +33,10 @@ Parts = Any
 
 
 class Interrupted(KeyboardInterrupt):
-    """Somebody stopped the run; the message says how to go on.
+    """The run was stopped by Ctrl-C or SIGTERM. The message says how to continue it.
 
     Attributes:
-        signal: the number of the signal that did: 2 for Ctrl-C, 15 for SIGTERM.
+        signal: the number of the signal: 2 for Ctrl-C, 15 for SIGTERM.
     """
 
     def __init__(self, message: str = "", number: int = signal.SIGINT) -> None:
@@ -54,22 +54,22 @@ def run(
     maps: bool = True,
     **parts: Parts,
 ) -> Run:
-    """Run an experiment, then the analysis.
+    """Run an experiment, and analyse it at the end.
 
     Args:
         description: what to run.
         out: the run folder, new or empty; runs/<time>_<name>_seed<k> if None.
-        progress: whether to show how far it is, on standard error.
+        progress: whether to show the progress on standard error.
         ceiling: whether the ceiling of the run is computed at its end.
-        every: frames from one that the ceiling looks at to the next.
-        maps: whether what was learned is kept at the end of each window.
-        parts: `body`, `eye`, `babbler`, `learner`, `interventions` of your own, as `Session` takes them.
+        every: the ceiling looks at one frame out of so many.
+        maps: whether the learned maps are stored at the end of each window.
+        parts: parts of your own, by the names `body`, `eye`, `babbler`, `learner` and `interventions`; see `Session`.
 
     Returns:
         The run folder, opened, with its summary.
 
     Raises:
-        DescriptionError: the description does not fit the robot, or the folder cannot be used; nothing has run then.
+        DescriptionError: the description does not fit the robot, or the folder cannot be used. Nothing has run then.
         BodyError: the robot's model or anatomy does not fit.
         NoGL: the eye needs pictures and no OpenGL works here.
         Interrupted: on Ctrl-C or SIGTERM, with a checkpoint written.
@@ -89,20 +89,20 @@ def resume(
     anyway: bool = False,
     **parts: Parts,
 ) -> Run:
-    """Continue an interrupted or killed run bit for bit, then the analysis; a finished run is only analysed.
+    """Continue an interrupted or killed run bit for bit, and analyse it at the end. A finished run is only analysed.
 
     Args:
         folder: the run folder.
-        progress: whether to show how far it is, on standard error.
+        progress: whether to show the progress on standard error.
         ceiling: whether the ceiling of the run is computed at its end.
-        every: frames from one that the ceiling looks at to the next.
-        maps: whether what was learned is kept at the end of each window.
-        anyway: whether to go on although versions or code are others than those that wrote it.
-        parts: the parts of your own that the run began with and that cannot be imported, as `Session` takes them.
+        every: the ceiling looks at one frame out of so many.
+        maps: whether the learned maps are stored at the end of each window.
+        anyway: whether to go on even if versions or code differ from those that wrote the folder.
+        parts: parts of your own that the run began with and that cannot be imported; see `Session`.
 
     Raises:
-        DescriptionError: no run folder, a broken checkpoint, one of another description, version or code, or another
-            process runs in it.
+        DescriptionError: the folder is no run folder, its checkpoint is broken or belongs to another description,
+            version or code, or another process runs in it.
         Interrupted: on Ctrl-C or SIGTERM, with a checkpoint written.
     """
     with reopen(folder, anyway=anyway, **parts) as (session, opened, since):
@@ -123,18 +123,18 @@ def fork(
     anyway: bool = False,
     **parts: Parts,
 ) -> Run:
-    """Run other phases after a phase that has ended already: one training, many continuations.
+    """Continue a run after one of its phases with other phases, so that one training serves many continuations.
 
     Args:
         folder: a run folder whose phase `phase` has ended.
-        description: the new experiment; up to and including that phase it must be the old one.
+        description: the new experiment. It must equal the old one up to the end of that phase.
         phase: the last phase to take over.
         out: the new run folder, new or empty; runs/<time>_<name>_seed<k> if None.
-        progress: whether to show how far it is, on standard error.
+        progress: whether to show the progress on standard error.
         ceiling: whether the ceiling of the run is computed at its end.
-        every: frames from one that the ceiling looks at to the next.
-        maps: whether what was learned is kept at the end of each window.
-        anyway: whether to go on although versions or code are others than those that wrote it.
+        every: the ceiling looks at one frame out of so many.
+        maps: whether the learned maps are stored at the end of each window.
+        anyway: whether to go on even if versions or code differ from those that wrote the folder.
         parts: parts of your own, as `Session` takes them.
 
     Raises:
@@ -181,7 +181,7 @@ def _take_over(old: Path, new: Path, windows: int, phase: int) -> None:
 def begin(
     description: Description, out: str | Path | None = None, **parts: Parts
 ) -> Iterator[tuple[Session, RunFolder]]:
-    """A session and the folder for it; the session is closed when the context ends."""
+    """A new session and its folder. The session is closed when the context ends."""
     with Session(description, **parts) as session:
         yield session, RunFolder.new(out, session.description)
 
@@ -190,7 +190,7 @@ def begin(
 def reopen(
     folder: str | Path, *, anyway: bool = False, **parts: Parts
 ) -> Iterator[tuple[Session, RunFolder, dict[str, Any]]]:
-    """The session of a run folder, standing at its last checkpoint, and that checkpoint; see `resume`."""
+    """The session of a run folder at its last checkpoint, and that checkpoint. Arguments as in `resume`."""
     opened = RunFolder(folder)
     description = opened.description(**parts)
     opened.checkpoint()  # before a body is built, which takes longer
@@ -207,20 +207,20 @@ def play(
     maps: bool = True,
     whole: str | Path | None = None,
 ) -> None:
-    """Let a session run to its end, and record it.
+    """Run a session to its end, and record it.
 
-    Ctrl-C and SIGTERM stop it between two frames; a second Ctrl-C breaks off a frame that is stuck.
+    Ctrl-C and SIGTERM stop it between two frames. A second Ctrl-C breaks off a frame that hangs.
 
     Args:
-        session: what runs.
+        session: the session to run.
         folder: its folder.
-        since: the checkpoint from which it goes on.
-        progress: whether to show how far it is, on standard error.
-        maps: whether what was learned is kept at the end of each window.
-        whole: the folder to name for going on, where this run is part of a greater whole.
+        since: the checkpoint from which the session continues.
+        progress: whether to show the progress on standard error.
+        maps: whether the learned maps are stored at the end of each window.
+        whole: the folder that a message names for continuing, if this run is part of something larger.
 
     Raises:
-        Interrupted: somebody stopped it; a checkpoint has been written.
+        Interrupted: on Ctrl-C or SIGTERM; a checkpoint has been written.
     """
     session.share_arm()
     if progress and whole is None:
@@ -287,18 +287,18 @@ def finish(
     maps: bool = True,
     whole: str | Path | None = None,
 ) -> Run:
-    """What comes after the last frame: the ceiling of this trajectory, where the body can tell it, then the summary.
+    """Do what follows the last frame: compute the ceiling, if the body has a model of itself, and the summary.
 
     Args:
-        session: what has run.
+        session: the session that has run.
         folder: its folder.
         bounds: whether ceiling and reactive bound are computed.
-        every: frames from one that the ceiling looks at to the next.
-        maps: whether with them it is kept what could be seen in single frames.
-        whole: the folder to name for going on, where this run is part of a greater whole.
+        every: the ceiling looks at one frame out of so many.
+        maps: whether to store what could be seen in single frames (sight.npz).
+        whole: the folder that a message names for continuing, if this run is part of something larger.
 
     Raises:
-        Interrupted: on Ctrl-C; all frames are there.
+        Interrupted: on Ctrl-C. All frames are recorded.
     """
     opened = load_run(folder)
     try:

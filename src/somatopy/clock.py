@@ -1,4 +1,4 @@
-"""The clock of experiments: frames, minutes and windows, in one place."""
+"""The clock of experiments: lengths of frames, minutes and windows."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Files that are written whole or not at all, and the user's cache folder."""
+"""Writing files whole or not at all, and the user's cache folder."""
 
 from __future__ import annotations
 
@@ -15,17 +15,18 @@ _ASIDE = ".partial"
 
 
 def write_whole(path: str | os.PathLike[str], content: bytes | str | Callable[[IO[bytes]], Any]) -> None:
-    """Write a file whole or not at all: aside first, then renamed into its place, and both are on the disk.
+    """Write a file whole or not at all: under another name first, which is then changed to the right one.
 
-    Whoever reads `path` meanwhile, or after a crash at any moment, finds the old content or the new. Two writers at
-    once do not meet: each writes aside under a name of its own.
+    Other processes that read `path` meanwhile, or after a crash at any moment, find either the old or the new content.
+    When the function returns, the new content is on the disk. Several processes may write the same file at once, since
+    each first writes under a name of its own.
 
     Args:
         path: the file; its folder must exist.
         content: bytes, text (written as UTF-8), or a function that writes to the open binary file.
 
     Raises:
-        OSError: the file cannot be written; what was there stays.
+        OSError: the file cannot be written. The old content stays.
 
     Example:
         >>> from tempfile import TemporaryDirectory
@@ -58,7 +59,7 @@ def _aside(path: Path) -> Iterator[IO[bytes]]:
 
 
 def _sync_folder(folder: Path) -> None:
-    """Bring the renaming to the disk, where the system can open folders."""
+    """Write the new name to the disk, if the system can open folders."""
     with suppress(OSError):
         handle = os.open(folder, os.O_RDONLY)
         try:
@@ -68,12 +69,12 @@ def _sync_folder(folder: Path) -> None:
 
 
 def is_aside(path: Path) -> bool:
-    """Whether a file is one that a crash left aside, half written."""
+    """Whether a file is an unfinished one, which a crash has left behind."""
     return path.name.startswith(".") and path.name.endswith(_ASIDE)
 
 
 def cache_folder(name: str) -> Path | None:
-    """The folder in the user's cache for one purpose; it may not exist yet. None where the user has no home."""
+    """The folder of this name in the user's cache. It may not exist yet. None if the user has no home folder."""
     try:
         root = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
     except RuntimeError:

@@ -1,4 +1,4 @@
-"""What passes between body, eye, interventions and learner: plain frozen data, hardly any behaviour.
+"""The data that pass between body, eye, interventions and learner, as frozen dataclasses.
 
 Angles are radians, lengths metres, times seconds, pixels are (u, v) from the centre of the top-left pixel.
 """
@@ -44,17 +44,17 @@ _NO_MORE: Mapping[str, Floats] = MappingProxyType({})
 
 @dataclass(frozen=True, eq=False)
 class Space:
-    """The values that a sense can take, in the order of its vectors.
+    """Names, limits and units of the values of a sense, in the order of its vectors.
 
     Attributes:
-        names: one name a value, such as those of the joints.
+        names: one name for each value, such as the names of joints.
         lower: lower limits, shape (n,).
         upper: upper limits, shape (n,), each above its lower one.
-        units: unit of each value and its limits: "rad" of a hinge, "m" of a slide. A space is made with one `unit` for
-            all values, or with a sequence of one for each.
+        units: unit of each value and of its limits: "rad" for a hinge, "m" for a slide. Give one `unit` for all values,
+            or a sequence with one for each.
 
     Raises:
-        ValueError: numbers of names, limits and units differ, or a lower limit is not below its upper one.
+        ValueError: the numbers of names, limits and units differ, or a lower limit is not below its upper one.
 
     Example:
         >>> head = Space(("yaw", "pitch"), [-2.0, -0.6], [2.0, 0.5])
@@ -90,7 +90,7 @@ class Space:
 
     @property
     def unit(self) -> str:
-        """The unit that all values share; "" where they have several."""
+        """The unit that all values share; "" if they have different units."""
         return self.units[0] if len(set(self.units)) == 1 else ""
 
     @property
@@ -101,10 +101,10 @@ class Space:
 
 @dataclass(frozen=True, eq=False)
 class Robot:
-    """What a learner is told of a robot: what it senses, what of that it moves, and the size of its pictures.
+    """What a learner knows about the robot: its senses, which of them the learner commands, and the camera.
 
     Attributes:
-        senses: the space of each sense, by name; "arm" and "head" are always there.
+        senses: the space of each sense, by name. "arm" and "head" are always among them.
         moves: names of the senses whose postures the learner commands.
         camera: the camera behind the eye.
 
@@ -135,8 +135,8 @@ class Column:
     """A column of the record of frames.
 
     Attributes:
-        name: its name; two of one run may not have the same.
-        type: what its values are.
+        name: its name, which no other column of the run may have.
+        type: the type of its values.
         meaning: what they mean, with unit, and what stands for a missing value.
         unit: their unit, as a symbol; "" for pure numbers.
         role: what kind of thing it is: "clock", "sensed", "command", "percept", "sighting", "body", "probe".
@@ -154,11 +154,11 @@ class JointGroup:
     """The joints of an arm or a head, in the order of its posture vectors.
 
     Attributes:
-        names: one name a joint.
+        names: one name for each joint.
         lower: lower position limits, shape (n,), in the joint's unit.
         upper: upper position limits, shape (n,), likewise.
-        velocity: velocity limits, shape (n,), a second.
-        units: one a joint: "rad" of a hinge, "m" of a slide; all "rad" if none are given.
+        velocity: velocity limits, shape (n,), in the joint's unit per second.
+        units: one for each joint: "rad" for a hinge, "m" for a slide; all "rad" if none are given.
     """
 
     names: tuple[str, ...]
@@ -176,7 +176,7 @@ class JointGroup:
 
     @property
     def space(self) -> Space:
-        """The group's postures, as a learner is told of them."""
+        """The space of the group's postures, which a learner gets."""
         return Space(self.names, self.lower, self.upper, self.units)
 
 
@@ -189,8 +189,8 @@ class Camera:
         width: image width, px.
         height: image height, px.
         fovy: vertical field of view, rad.
-        intrinsics: focal lengths along u and v, and pixel (u, v) of the optical axis, px. Where None, both focal
-            lengths are what `fovy` says, and the axis meets the middle of the image.
+        intrinsics: focal lengths along u and v, and pixel (u, v) of the optical axis, px. If None, both focal lengths
+            follow from `fovy`, and the axis meets the middle of the image.
     """
 
     name: str
@@ -201,7 +201,7 @@ class Camera:
 
     @property
     def focal(self) -> float:
-        """Focal length along v, px; along u it may be another one, see `focals`."""
+        """Focal length along v, px. The one along u may differ; see `focals`."""
         return self.focals[1]
 
     @property
@@ -242,7 +242,7 @@ class Shapes:
     """Convex shapes that can stand between camera and marker.
 
     Attributes:
-        kinds: 2 sphere, 3 capsule, 4 ellipsoid, 5 cylinder, 6 box (MuJoCo's numbers), shape (n,).
+        kinds: MuJoCo's numbers of the shapes, shape (n,): 2 sphere, 3 capsule, 4 ellipsoid, 5 cylinder, 6 box.
         sizes: half-sizes along the shape's own axes as MuJoCo has them, and bounding radius, shape (n, 4), m.
     """
 
@@ -252,15 +252,15 @@ class Shapes:
 
 @dataclass(frozen=True)
 class View:
-    """Where camera, marker and occluders truly are; for geometric eyes and measures, never for learners.
+    """True poses of camera, marker and occluders. Geometric eyes and measures use them; learners never get them.
 
     Rotations are matrices whose columns are the frame's axes in the world. The camera looks along its -z, its x
     points right in the image and its y up (MuJoCo's and OpenGL's convention).
 
     Attributes:
         camera: position (m) and rotation matrix, row by row, shape (12,).
-        marker: the same of the marker's centre.
-        occluders: the same of the body's `Shapes`, shape (n, 12).
+        marker: position of the marker's centre (m) and its rotation matrix, likewise, shape (12,).
+        occluders: position and rotation matrix of each of the body's `Shapes`, shape (n, 12).
     """
 
     camera: Floats
@@ -279,14 +279,14 @@ class View:
 
 
 class Picture:
-    """A picture that is drawn once, when it is first asked for, and knows how long that took.
+    """A picture that is drawn when it is first asked for, and then kept. It measures the time that drawing takes.
 
     Args:
-        draw: draws it, (height, width, 3), RGB.
-        draw_part: draws a part of it with the same pixels as in the whole; None where pictures come as a whole.
+        draw: draws the picture, (height, width, 3), RGB.
+        draw_part: draws a part with the same pixels as in the whole picture; None if parts cannot be drawn alone.
 
     Attributes:
-        seconds: what drawing it has taken so far.
+        seconds: time that drawing has taken so far, s.
         comes_in_parts: whether a part can be drawn alone.
 
     Example:
@@ -315,7 +315,7 @@ class Picture:
         return self._drawn
 
     def part(self, left: int, top: int, right: int, bottom: int) -> Image:
-        """A part of it, (bottom - top, right - left, 3): cut from the whole, or drawn alone if the whole is not drawn.
+        """A part of the picture, (bottom - top, right - left, 3). It is drawn alone if the whole is not drawn yet.
 
         Args:
             left: first column.
@@ -343,10 +343,10 @@ class Reading:
         head_command: head target after the body's clipping, shape (n_head,), rad.
         dt: measured time since the reading before, s.
         skew: age of the postures when the image was taken, s; 0 in simulation.
-        overlap: whether arm and head interpenetrate (their contact is off).
-        image: gives the camera's picture, (height, width, 3); None where there is none. A `Picture` is drawn when first
-            called, and its time is then counted as drawing.
-        view: the true poses, or None where no one knows them.
+        overlap: whether arm and head interpenetrate. They can, since there is no contact between them.
+        image: function that returns the camera's picture, (height, width, 3); None if there is none. A `Picture` is
+            drawn at the first call, and its time counts as drawing.
+        view: the true poses, or None if they are unknown.
     """
 
     time: float
@@ -378,10 +378,10 @@ class Sighting:
 
 @dataclass(frozen=True)
 class Percept:
-    """What reaches the learner: a reading's vectors after interventions, and what the eye saw.
+    """What a learner is told in a frame: the sensed vectors after interventions, and what the eye saw.
 
-    `percept["arm"]` is the vector of a sense by its name, `percept["arm_command"]` its efference copy; those of arm and
-    head are attributes as well.
+    Vectors can be read by name: `percept["arm"]` is what is sensed of the arm, and `percept["arm_command"]` the
+    efference copy of its command. Those of arm and head are also attributes.
 
     Attributes:
         time: seconds since reset.
@@ -391,7 +391,7 @@ class Percept:
         head_command: efference copy of the head command, shape (n_head,), rad.
         sighting: the marker, or None on a miss.
         dt: measured time since the reading before, s.
-        more: vectors of further senses, by name.
+        more: the vectors of further senses, by name.
 
     Example:
         >>> percept = Percept(0.0, np.ones(4), np.zeros(2), np.ones(4), np.zeros(2), more={"torso": np.zeros(1)})

@@ -170,7 +170,7 @@ def test_names_that_are_ours_are_refused(robot: Robot, change: Change, named: st
     ("change", "message"),
     [
         ((LIFT_RANGE, 'range="-1 1" limited="false"'), r"'lift' .*no limits.*range=\"low high\" limited=\"true\""),
-        ((LIFT_RANGE, 'range="-inf inf"'), r"'lift' .*moves from -inf to inf.*an end on both sides.*range="),
+        ((LIFT_RANGE, 'range="-inf inf"'), r"'lift' .*moves from -inf to inf.*finite limits.*range="),
         (('pos="0 0 .5"', 'pos="nan 0 .5"'), r"body 'post' .*has a pos that is no number"),
         (
             ('kp="20" kv="1"/>\n    <position joint="swing"', 'kp="nan" kv="1"/>\n    <position joint="swing"'),

@@ -187,7 +187,7 @@ def test_an_unknown_key_lists_the_valid_ones_of_its_place(table: dict[str, Any],
         ),
         (
             {"phases": [{"damage": {"kind": "none", "offset": []}}]},
-            ["phases.0.damage", "none has no keys", "leave them"],
+            ["phases.0.damage", "none has no keys", "leave them out"],
         ),
         ({"eye": {"skip": 3}}, ["eye lacks its kind", "fiducial, geometric"]),
         ({"learner": {"kind": "hebbian", "link_rate": 0}}, ["learner.link_rate = 0", "greater than 0"]),

@@ -530,7 +530,7 @@ def test_a_geometric_eye_needs_a_body_that_knows_itself(short: Short) -> None:
     [
         ("learner", lambda robot, rng: object(), r"learner: a object lacks columns, gaze, maps, observe"),
         ("learner", FixedGaze, r"learner: .*cannot be made: a learner is made from \(robot, rng\)"),
-        ("learner", 7, r"learner: .*is no learner: it is 7, which makes nothing"),
+        ("learner", 7, r"learner: .*is no learner: it is 7, which is neither a part nor makes one"),
         ("body", lambda: object(), r"body: a object lacks arm, camera, close"),
         ("eye", lambda body: object(), r"eye: a object lacks look"),
         ("babbler", lambda arm, start, rng: object(), r"babbling: a object lacks command, restore, state"),

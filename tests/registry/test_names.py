@@ -198,7 +198,7 @@ def test_a_module_that_is_nowhere_is_told_with_where_it_was_sought(
 )
 def test_what_is_no_place_is_told_how_to_write_one(place: str) -> None:
     """Paths, calls and names that Python has not."""
-    expected = "is no place of a part; write it as my_package.my_file:MyLearner"
+    expected = "is not the place of a part; write it as my_package.my_file:MyLearner"
     assert said(LEARNERS, place) == f"kind = '{place}' {expected}"
 
 

@@ -218,7 +218,7 @@ def test_what_users_of_a_map_give_is_no_setting_of_it() -> None:
         ("class Mine: ...", r"is made from \(robot, rng\), but too many positional arguments"),
         ("def Mine(robot): ...", r"is made from \(robot, rng\), but too many positional arguments"),
         ("def Mine(*, robot, rng): ...", r"is made from \(robot, rng\), but too many positional arguments"),
-        ("Mine = 3", "is no learner: it is 3, which makes nothing"),
+        ("Mine = 3", "is no learner: it is 3, which is neither a part nor makes one"),
         ("def Mine(robot, rng, kind=1): ...", "an argument may not be called kind"),
         ("def Mine(robot, rng, build=1): ...", "an argument may not be called build"),
     ],

@@ -1,1 +1,1 @@
-"""A robot, an eye, a babbler, a learner and an intervention that somatopy knows nothing of."""
+"""A body, an eye, a babbler, a learner and an intervention that do not come from somatopy."""

@@ -1,10 +1,10 @@
-"""Babbling of one's own: each joint swings through its range, with a period and a phase of its own."""
+"""A babbler of your own: every joint swings through its range, each with its own period and phase."""
 
 import numpy as np
 
 
 class Waves:
-    """Targets on sine waves. It looks at the clock alone, so that every learner meets the same movement."""
+    """Sets targets on sine waves. They depend on the time alone, so that every learner meets the same movement."""
 
     def __init__(self, arm, start, rng, period: float = 7.0):
         self.middle, self.reach = 0.5 * (arm.upper + arm.lower), 0.5 * (arm.upper - arm.lower)

@@ -1,4 +1,4 @@
-"""A body that is no MuJoCo model: an arm of two joints on a table, and a camera above that pans and tilts."""
+"""A body of your own without MuJoCo: an arm with two joints on a table, and above it a camera that pans and tilts."""
 
 import numpy as np
 
@@ -7,10 +7,11 @@ from somatopy.percept import Camera, JointGroup, Marker, Reading, Shapes, View
 
 
 class PlanarArm:
-    """Joints go straight to their targets, as fast as they may.
+    """An arm and a head whose joints go straight to their targets, as fast as their velocity limits allow.
 
-    It can be resumed (`state`, `restore`), and it has a model of itself (`view`, `legal` and what follows), so that
-    there is a ceiling. A body with neither runs as well.
+    This body has two capabilities beyond the contract of bodies. It can be resumed (`state`, `restore`), and it has a
+    model of itself (`view`, `legal` and the methods after them), so that its runs have a ceiling. A body with neither
+    can run as well.
     """
 
     arm = JointGroup(("shoulder", "elbow"), np.array([-1.2, 0.0]), np.array([1.2, 2.2]), np.array([2.0, 2.0]))

@@ -1,4 +1,4 @@
-"""An intervention of one's own: the head obeys late."""
+"""An intervention of your own: the head follows its commands late."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from somatopy.interventions import NoIntervention
 
 
 class Drowsy(NoIntervention):
-    """What the learner commands reaches the head some frames later. What is under way is in its state."""
+    """Delays the learner's commands to the head by some frames. Commands that still wait are part of its state."""
 
     def __init__(self, frames: int = 6):
         self.frames, self.waiting = frames, []

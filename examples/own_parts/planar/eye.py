@@ -1,4 +1,4 @@
-"""An eye of one's own: it sees the hand within a cone around the optical axis."""
+"""An eye of your own: it sees the hand within a cone around the optical axis."""
 
 import numpy as np
 
@@ -6,7 +6,10 @@ from somatopy.percept import Column, Sighting
 
 
 class Cone:
-    """Sees the hand where the line to it is near the optical axis; `columns` are what it adds to the record."""
+    """Sees the hand if the angle between the optical axis and the line to the hand is small enough.
+
+    `columns` declares what the eye adds to the record of frames.
+    """
 
     columns = (Column("off_axis_deg", "float", "angle between the optical axis and the hand, degrees", "deg"),)
 

@@ -1,4 +1,4 @@
-"""A learner of one's own: head postures as a quadratic function of the arm's, fitted to what was seen."""
+"""A learner of your own: it predicts head postures as a quadratic function of arm postures."""
 
 import numpy as np
 
@@ -6,7 +6,10 @@ from somatopy.learners import Plastic, Scale
 
 
 class QuadraticGaze(Plastic):
-    """Least squares over the hits, older ones forgotten; while the hand is lost it searches around its guess."""
+    """Fits the prediction to the hits by least squares; old hits fade.
+
+    While the hand is out of view, the gaze searches around the prediction.
+    """
 
     parts = frozenset({"fit"})
 

@@ -1,4 +1,4 @@
-"""Motor babbling: the Babbler contract and the paper's uniform random targets."""
+"""Motor babbling: the paper's uniform random targets, and a check for babblers of your own."""
 
 from somatopy.babbling.check import check_babbler
 from somatopy.babbling.uniform import UniformBabbler, check_bounds

@@ -1,4 +1,4 @@
-"""The laws of babblers, tried on any implementation."""
+"""A check that any babbler keeps its contract."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ def check_babbler(make: Make, bounds: ArrayLike) -> None:
     """Check that a babbler keeps its contract.
 
     Args:
-        make: a fresh babbler from a generator for all its random numbers.
-        bounds: low and high of each arm joint that its targets may not leave, shape (n_arm, 2), rad.
+        make: makes a fresh babbler, given the generator for all its random numbers.
+        bounds: low and high of each arm joint, shape (n_arm, 2), rad. Targets must stay inside.
 
     Raises:
         ContractError: it breaks a law; the message says which, what was seen and how to fix it.

@@ -16,17 +16,17 @@ __all__ = ["Uniform", "UniformBabbler", "check_bounds"]
 
 
 class UniformBabbler:
-    """Draws a uniform target, waits until set-points of constant speed must have reached it, and draws the next.
+    """Moves the arm to one uniform random target after another, at constant joint speed.
 
     "Random motor commands of its arm sampled from uniform random distributions within its arm joints ranges"
-    (Schillaci, Hafner and Lara 2014, section III). A movement lasts as long as its longest joint travels. It looks
-    at the clock alone, never at the arm.
+    (Schillaci, Hafner and Lara 2014, section III). A new target is drawn when set-points of constant speed must have
+    reached the last one in all joints. The babbler goes by the clock alone, and never looks at the arm.
 
     Args:
-        arm: the joints; targets must lie inside their limits.
+        arm: the joints. Targets must lie inside their limits.
         bounds: low and high of each joint, shape (n_arm, 2), rad.
-        speed: speed of the set-points, rad/s; a joint slower than that takes its own limit.
-        start: where the set-points are at time 0, shape (n_arm,), rad.
+        speed: speed of the set-points, rad/s. A joint with a lower velocity limit moves at its limit.
+        start: the set-points at time 0, shape (n_arm,), rad.
         rng: the babbler's own random numbers.
 
     Raises:

@@ -1,4 +1,4 @@
-"""Robots: the Body contract, and MuJoCo models with an anatomy file."""
+"""Bodies, that is, robots: any MuJoCo model with an anatomy file, and a check for bodies of your own."""
 
 from somatopy.bodies import _opengl  # noqa: F401 - before anything that imports mujoco
 from somatopy.bodies.anatomy import MODELS, Add, Anatomy, Coupling, Servo, anatomy_path

@@ -1,4 +1,4 @@
-"""What a model lacks and its anatomy adds: a fixed base, joints that stand still, a neck, a camera, limits, servos."""
+"""Adds to a model what its anatomy asks for: a fixed base, frozen joints, a neck, a camera, limits, servos."""
 
 from __future__ import annotations
 
@@ -32,19 +32,19 @@ _NECK_MASS, _NECK_INERTIA, _NECK_ARMATURE = 0.1, 1e-4, 1e-3
 
 
 def add(spec: mujoco.MjSpec, anatomy: Anatomy) -> str | None:
-    """Add to a spec, in place, what the anatomy says that it lacks.
+    """Add to a spec, in place, what its anatomy asks for.
 
     Where an anatomy adds nothing, the spec stays as it is.
 
     Args:
-        spec: of the anatomy's model; nothing has been changed in it.
-        anatomy: what there is, and what is to be added.
+        spec: the spec of the anatomy's model, not changed yet.
+        anatomy: the anatomy.
 
     Returns:
         The name of the keyframe in which the robot starts, None for the model's reference posture.
 
     Raises:
-        BodyError: the model lacks something that the anatomy names, or has already what is to be added.
+        BodyError: the model lacks something that the anatomy names, or already has something that is to be added.
     """
     _require_named(spec, anatomy)
     if not anatomy.changes_model:

@@ -1,4 +1,4 @@
-"""What can be changed of a body while it stands, and undone: how its camera is turned, its marker, its arm's length."""
+"""Changes of a body that can be undone: its camera is turned, its marker moved, its arm made longer or faster."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ _NO_MIDPHASE = int(mujoco.mjtDisableBit.mjDSBL_MIDPHASE)
 
 
 class Alterations:
-    """What `somatopy.contract.Alterable` asks for, of a body with a MuJoCo model; it counts from the next reading on.
+    """The capability `somatopy.contract.Alterable` of MuJoCo bodies. A change shows from the next reading on.
 
-    Each method returns what undoes it to the last bit. Changes that overlap must be undone in reverse order.
+    Each method returns a function that undoes the change to the last bit. Undo overlapping changes in reverse order.
     """
 
     model: mujoco.MjModel
@@ -43,7 +43,7 @@ class Alterations:
         """Turn the eye's camera in the head: see `Alterable`.
 
         Raises:
-            ValueError: the camera is not fixed to its body, but follows something.
+            ValueError: the camera is not fixed to its body, but turns to follow something.
         """
         camera, name = self.model.camera(self.anatomy.camera.name).id, self.anatomy.camera.name
         if int(self.model.cam_mode[camera]) != _FIXED:
@@ -66,10 +66,11 @@ class Alterations:
     def stretch_arm(self, factor: float) -> Undo:
         """Lengthen the links of the arm: see `Alterable`.
 
-        Places of joints, shapes and marker in the links are multiplied, and the lengths of capsules and cylinders. What
-        is thick stays as thick, and the body with the marker keeps its shape and moves outwards as a whole: a hand that
-        grew would hide its marker. Masses stay, and inertias grow with the square. What hangs on a link beside the way
-        to the hand, such as the head on a torso that turns with the arm, moves not.
+        The positions of joints, shapes and marker in the links are multiplied by the factor, and so are the lengths of
+        capsules and cylinders. Thickness stays. The body with the marker keeps its shape and moves outwards as a whole,
+        since a hand that grew would hide its marker. Masses stay, and inertias grow with the square of the factor.
+        Bodies that hang on a link beside the way to the hand, such as the head on a torso that turns with the arm, do
+        not move.
         """
         model = self.model
         links = _links(model, self.anatomy)

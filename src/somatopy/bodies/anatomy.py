@@ -1,4 +1,4 @@
-"""The anatomy file: which joints of a model are arm and head, which camera looks, where the marker sits."""
+"""The anatomy file, which says which joints are arm and head, which camera is the eye, and where the marker sits."""
 
 from __future__ import annotations
 
@@ -30,19 +30,19 @@ MODELS = {"nao": Path(__file__).parent / "nao" / "anatomy.toml"}
 
 
 class Anatomy(Table):
-    """What MujocoBody must know of a model beyond its MJCF, and what is added to it.
+    """What MujocoBody must know about a model beyond the model's own file, and what it adds to the model.
 
     Attributes:
-        name: the robot's.
-        model: its MJCF (.xml) or URDF (.urdf).
-        home: the keyframe in which the robot starts; where it is left out, all joints start at their reference.
+        name: the robot's name.
+        model: the file of its model, MJCF (.xml) or URDF (.urdf).
+        home: the keyframe in which the robot starts. Without it, all joints start at their reference position.
         arm: joints that babble and carry the marker.
         head: joints that carry the camera.
         camera: the camera.
         marker: the cube of tags.
-        ranges: babbling ranges of the arm, by name: one [low, high] a joint, rad.
-        package: the installed Python package in whose folder `model` is; it is not imported.
-        posture: where joints start, by name, rad (m for slides), instead of where `home` has them.
+        ranges: babbling ranges of the arm by name, with one [low, high] for each joint, rad.
+        package: the installed Python package in whose folder `model` is. It is not imported.
+        posture: start positions of single joints by name, rad (m for slides), in place of those of `home`.
         add: what the model lacks.
     """
 
@@ -77,7 +77,7 @@ class Anatomy(Table):
             raise ValueError(f"add.freeze names {kept}, which arm or head move; freeze others, or move without them")
         loose = [name for name in self.neck_joints if name not in self.head.joints]
         if loose:
-            raise ValueError(f"add.neck has joints {loose} that nobody moves; name them in [head] joints too")
+            raise ValueError(f"add.neck has joints {loose} that nothing moves; name them in [head] joints too")
         return self
 
     @property
@@ -87,7 +87,7 @@ class Anatomy(Table):
 
     @property
     def changes_model(self) -> bool:
-        """Whether the robot is another than its model: something is added, frozen or placed."""
+        """Whether the anatomy changes the model: something is added, frozen or placed."""
         return bool(self.posture or self.arm.limits or self.head.limits) or self.add != Add()
 
     @classmethod
@@ -131,7 +131,7 @@ def _folders(package: str, path: Path) -> list[Path]:
 
 
 def anatomy_path(body: str) -> Path:
-    """The anatomy file of a body that comes with somatopy, or of one named by its path.
+    """Path of the anatomy file of a body that comes with somatopy, or that is named by its path.
 
     Raises:
         BodyError: neither a known name nor an existing file.

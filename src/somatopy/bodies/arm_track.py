@@ -1,4 +1,4 @@
-"""A stored arm movement: babbling is open loop, so that all runs of one seed can share the physics of their arm."""
+"""Stored arm movements, which all runs of one seed can share, since babbling does not depend on the learner."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ _UNCOUPLED: Any = (-1, -1, np.zeros(1), np.zeros(1), np.zeros(1))
 
 
 class Arm:
-    """The arm moving by itself.
+    """The arm of a body, which can be moved without the rest of the body.
 
     Args:
-        part: what is stepped of it.
+        part: the part of the model that is stepped.
         group: its joints.
         stride: largest change of each set-point in a frame, shape (n_arm,), rad.
 
@@ -61,7 +61,7 @@ class Arm:
 
 @dataclass(frozen=True, eq=False)
 class ArmTrack:
-    """An arm's movement from its start on.
+    """The movement of an arm, from its start.
 
     Attributes:
         targets: the clipped target in each frame, shape (frames, n_arm), rad.

@@ -1,4 +1,4 @@
-"""What goes wrong between a body's description and its model, and in its physics."""
+"""Errors of bodies: a description that does not fit the model, and unstable physics."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ __all__ = ["BodyError", "Diverged"]
 
 
 class BodyError(ValueError):
-    """A body's description does not fit its model: the message names what is missing and what there is."""
+    """A body's description does not fit its model. The message names what is missing, and what there is."""
 
 
 class Diverged(RuntimeError):
-    """The physics of a body became unstable: the message names the joint, the time, and what to try.
+    """The physics of a body became unstable. The message names the joint, the time, and what to try.
 
-    The body stands as it stood before the step that raised it.
+    The body is as it was before the step that raised the error.
     """

@@ -1,4 +1,4 @@
-"""What a camera of a MuJoCo model is as a pinhole: picture size, focal lengths, optical axis."""
+"""Cameras of MuJoCo models as pinhole cameras, with picture size, focal lengths and optical axis."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _MOST = 4096  # px
 
 
 def set_fovy(spec: mujoco.MjSpec, camera: str, fovy: float) -> None:
-    """Give a camera of a spec a vertical field of view, degrees, in place of all that says how it is built."""
+    """Give a camera of a spec a vertical field of view, degrees, in place of its sensor and focal lengths."""
     found = spec.camera(camera)
     found.fovy = fovy
     for name in ("sensor_size", "focal_length", "focal_pixel", "principal_length", "principal_pixel"):
@@ -27,7 +27,7 @@ def set_fovy(spec: mujoco.MjSpec, camera: str, fovy: float) -> None:
 
 
 def eye_camera(model: mujoco.MjModel, anatomy: Anatomy) -> Camera:
-    """The anatomy's camera, in the picture's size that the anatomy says, else the model, else 320 x 240 px.
+    """The anatomy's camera. The picture's size is that of the anatomy, or else of the model, or else 320 x 240 px.
 
     Raises:
         BodyError: the camera cannot be an eye.
@@ -35,8 +35,9 @@ def eye_camera(model: mujoco.MjModel, anatomy: Anatomy) -> Camera:
     name, said = anatomy.camera.name, model.camera(anatomy.camera.name)
     if int(model.cam_projection[said.id]) != _PERSPECTIVE:
         raise BodyError(
-            f"The camera {name!r} of {anatomy.model} is orthographic: nearness does not enlarge what it shows, and no "
-            f'eye can tell where the marker is. Write <camera name="{name}" projection="perspective" fovy="45" .../>.'
+            f"The camera {name!r} of {anatomy.model} is orthographic: things do not look larger when they "
+            f"are near, so no eye can tell where the marker is. "
+            f'Write <camera name="{name}" projection="perspective" fovy="45" .../>.'
         )
     own = tuple(int(side) for side in model.cam_resolution[said.id])
     width, height = (anatomy.camera.width, anatomy.camera.height)
@@ -63,10 +64,11 @@ def is_pinhole(model: mujoco.MjModel, camera: int) -> bool:
 
 
 def pinhole(model: mujoco.MjModel, camera: int, width: int, height: int) -> Camera:
-    """A pinhole camera of a model, by its number, as it draws pictures of some size, px.
+    """A camera of a model, by its number, as a pinhole camera that takes pictures of some size, px.
 
-    MuJoCo shows the whole sensor in any picture: where their shapes differ, a pixel's two focal lengths do. Its
-    principal point counts against u and v: a sensor whose middle is right of the optical axis shows the axis left.
+    MuJoCo shows the whole sensor in any picture. If sensor and picture differ in shape, the two focal lengths differ.
+    Its principal point counts against u and v: if the middle of the sensor is right of the optical axis, the picture
+    shows the axis left of its middle.
     """
     plain = Camera(model.camera(camera).name, width, height, fovy=float(np.deg2rad(model.cam_fovy[camera])))
     if not model.cam_sensorsize[camera].any():

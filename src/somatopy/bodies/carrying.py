@@ -1,4 +1,4 @@
-"""What carries marker and camera: the arm the one, the head the other, and neither both."""
+"""Checks that the arm carries the marker, that the head carries the camera, and that neither carries both."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ __all__ = ["check_chains"]
 def check_chains(spec: mujoco.MjSpec, anatomy: Anatomy) -> None:
     """Check that the arm moves the marker and not the camera, and the head the camera and not the marker.
 
-    What a head posture shows of the hand, and whether any shows it, is asked of arm postures whatever the head does:
-    that has an answer only where the head leaves the hand in its place, and the arm the camera.
+    The ceiling asks, for an arm posture, from which head postures the hand can be seen. This question has an answer
+    only if the head does not move the hand, and the arm does not move the camera.
 
     Raises:
-        BodyError: it is otherwise.
+        BodyError: they do not.
     """
     marker, camera = spec.body(anatomy.marker.body), spec.camera(anatomy.camera.name).parent
     of_marker, of_camera = _joints_above(marker), _joints_above(camera)

@@ -1,4 +1,4 @@
-"""The laws of bodies, tried on any implementation."""
+"""A check that any body keeps its contract."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ _ROUNDING = 1e-6
 def check_body(
     make: Callable[[], Body], *, pictures: bool = True, injure: Callable[[Any], object] | None = None
 ) -> None:
-    """Check that a body keeps its contract, and that of each capability it has: to be resumed, and to have a twin.
+    """Check that a body keeps its contract, and the contract of each of its capabilities, such as `Twin`.
 
     Args:
-        make: a fresh body, as it is before `reset`.
-        pictures: whether to look at the camera's pictures too; they may need OpenGL.
-        injure: changes something of the twin of the body it is given, as a damage does; not tried if None.
+        make: makes a fresh body, as it is before `reset`.
+        pictures: whether to check the camera's pictures too, for which many bodies need OpenGL.
+        injure: function that changes the body it is given, as a damage does. None to leave this test out.
 
     Raises:
         ContractError: it breaks a law; the message says which, what was seen and how to fix it.

@@ -1,4 +1,4 @@
-"""The laws of bodies that have a model of themselves, tried on any implementation."""
+"""A check that any body with a model of itself keeps the contract `Twin`."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def check_twin(start: Callable[[int], Any], injure: Callable[[Any], object] | No
 
     Args:
         start: a fresh body, reset with a seed.
-        injure: changes something of the twin of the body it is given; not tried if None.
+        injure: function that changes the body it is given, as a damage does. None to leave this test out.
 
     Raises:
         ContractError: it breaks a law; the message says which, what was seen and how to fix it.

@@ -1,4 +1,4 @@
-"""What models that were made for other ends bring along: put right where that changes nothing else, else refused."""
+"""Corrects what models made for other purposes bring along, if that changes nothing else, and refuses the rest."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _SHAKES = {int(mujoco.mjtIntegrator.mjINT_EULER): ("Euler", 2.0), int(mujoco.mjt
 
 
 def said(error: Exception, path: Path) -> str:
-    """What MuJoCo says, in one paragraph, and what to write where it did not find or know a file."""
+    """An error of MuJoCo in one paragraph, with what to write if a file was not found or not understood."""
     words = " ".join(str(error).removeprefix("Error: ").split()).rstrip(".")
     if "Error opening file" in words:
         words += (
@@ -52,10 +52,10 @@ def said(error: Exception, path: Path) -> str:
 
 
 def prepare(spec: mujoco.MjSpec, path: Path) -> None:
-    """See that a spec leaves our names to us, and that MuJoCo throws away nothing of what is added to it.
+    """Check that a spec has no names that somatopy uses, and keep MuJoCo from removing what is added to it.
 
-    Models that were written for contacts let MuJoCo leave out what cannot touch, such as the cube of tags, and melt
-    bodies without joints into others, whose names are then gone. URDF does so unless told.
+    Some models let MuJoCo leave out shapes that cannot touch anything, such as the cube of tags, and merge bodies
+    without joints into others, so that their names are lost. A URDF does so by default.
 
     Raises:
         BodyError: something has a name that begins with `somatopy_`.
@@ -71,7 +71,7 @@ def prepare(spec: mujoco.MjSpec, path: Path) -> None:
 
 
 def see_far(model: mujoco.MjModel) -> None:
-    """Cameras draw all from 1 mm on, to as far as the robot reaches if the model does not say farther."""
+    """Let cameras draw everything from 1 mm to at least the reach of the robot."""
     model.vis.map.znear = 0.001 / model.stat.extent
     far = 2 * _reach(model) / model.stat.extent
     if model.vis.map.zfar < far:
@@ -97,10 +97,10 @@ def _reach(model: mujoco.MjModel) -> float:
 
 
 def check_compiled(model: mujoco.MjModel, path: Path) -> None:
-    """See that a model holds numbers only, and that its physics step is one.
+    """Check that a model has no values that are not numbers, and that its physics step is usable.
 
     Raises:
-        BodyError: it does not; the message says what of the model it is.
+        BodyError: it has one, or the step is not usable. The message names the place in the model.
     """
     for what, owner in _missing_numbers(model):
         raise BodyError(f"The {owner} of {path} has a {what} that is no number (nan). Write a number, or leave it out.")
@@ -122,10 +122,10 @@ def _missing_numbers(model: mujoco.MjModel) -> Iterator[tuple[str, str]]:
 
 
 def check_joints(group: JointGroup, anatomy: Anatomy) -> None:
-    """See that joints do not go on for ever, and that figures can show their names.
+    """Check that joints have finite limits, and that figures can show their names.
 
     Raises:
-        BodyError: one does, or has no such name.
+        BodyError: a joint has no finite limits, or a name that figures cannot show.
     """
     for name, low, high in zip(group.names, group.lower, group.upper, strict=True):
         if not name.isprintable() or "$" in name:
@@ -135,13 +135,13 @@ def check_joints(group: JointGroup, anatomy: Anatomy) -> None:
             )
         if not np.isfinite((low, high)).all():
             raise BodyError(
-                f"The joint {name!r} of {anatomy.model} moves from {low:g} to {high:g}: a map of postures needs an end "
-                'on both sides. Give it range="low high", about -3.14 and 3.14 for one that turns all around.'
+                f"The joint {name!r} of {anatomy.model} moves from {low:g} to {high:g}: a map of postures needs "
+                'finite limits. Give it range="low high", about -3.14 and 3.14 for one that turns all around.'
             )
 
 
 def check_servos(model: mujoco.MjModel, servos: tuple[str, ...], path: Path) -> None:
-    """See that servos can move their joints to where they are told.
+    """Check that servos can move their joints to their targets.
 
     Args:
         model: the model.
@@ -220,10 +220,10 @@ def _inertia(model: mujoco.MjModel) -> Floats:
 
 
 def check_scale(view: View, camera: Camera, marker: Marker, anatomy: Anatomy) -> None:
-    """See that the model is in metres, as the marker is, by the size of a tag where the robot begins.
+    """Check that the model is in metres, by the size at which the camera shows a tag in the start posture.
 
     Raises:
-        BodyError: it is a point.
+        BodyError: the tag is a point in the picture.
     """
     distance = float(np.linalg.norm(view.camera[:3] - view.marker[:3]))
     if distance * _LEAST_TAG > max(camera.focals) * marker.tag_size:

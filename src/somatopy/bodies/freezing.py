@@ -1,4 +1,4 @@
-"""Joints that go away: their bodies stay where a posture puts them, and nothing refers to the joints any more."""
+"""Removes joints from a model. Their bodies stay where a posture puts them, and nothing refers to the joints."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From an MJCF and an anatomy to the model that a body runs: marker, passable head, ramping servos, step, quality."""
+"""Builds the MuJoCo model that a body runs, from a model file and an anatomy."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _FOLLOWING = mujoco.mjtDyn.mjDYN_NONE, mujoco.mjtDyn.mjDYN_FILTER, mujoco.mjtDyn
 
 @dataclass(frozen=True)
 class Build:
-    """A compiled model, and what of it a body must find again.
+    """A compiled model, with the names and settings that a body needs to find its way in it.
 
     Attributes:
         model: the model; its step divides a frame.

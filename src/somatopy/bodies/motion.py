@@ -1,4 +1,4 @@
-"""How joints get to their set-points: at once, or by physics."""
+"""The two kinds of motion: joints go to their set-points at once, or by physics."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _ALL = mujoco.mjtState.mjSTATE_INTEGRATION
 
 
 class Kinematic:
-    """Joints are where their set-points are.
+    """Motion without physics: joints are always exactly at their set-points.
 
     Args:
         built: the model.
@@ -70,7 +70,7 @@ class Kinematic:
 
 
 class Dynamic:
-    """Servos follow the set-points by physics, under gravity, contact and torque limits.
+    """Motion by physics: servos follow the set-points under gravity, contact and torque limits.
 
     Args, attributes and methods are those of `Kinematic`. Arm and head are stepped apart where nothing couples them. A
     change of the whole model's constants is noticed, and carried over to what is stepped, before the next frame.

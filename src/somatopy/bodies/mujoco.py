@@ -1,4 +1,4 @@
-"""Any MuJoCo model with an anatomy file as a body: physics or kinematics, camera, marker, limits."""
+"""A body made from any MuJoCo model and an anatomy file, moved by physics or by kinematics."""
 
 from __future__ import annotations
 
@@ -40,36 +40,39 @@ Motion = Literal["dynamic", "kinematic"]
 
 
 class MujocoBody(Alterations):
-    """A robot simulated by MuJoCo, described by an MJCF and an anatomy file.
+    """A robot simulated by MuJoCo, described by a model (MJCF or URDF) and an anatomy file.
 
-    Set-points move towards the targets at constant speed, as NAOqi's setAngles does. `dynamic`: the model's position
-    servos follow them under gravity, contact and torque limits, without the filter that a servo may have. `kinematic`:
-    the joints are where the set-points are. Arm and head pass through each other; frames in which they do are marked in
-    the reading. What the model lacks (a fixed base, a neck, a camera, limits, servos), the anatomy can add to it.
+    Set-points move towards the targets at constant speed, as those of NAOqi's setAngles do. With the motion "dynamic",
+    the model's position servos follow the set-points under gravity, contact and torque limits; a filter that a servo
+    may have is left out. With the motion "kinematic", the joints are always at their set-points. Arm and head can pass
+    through each other, and readings mark the frames in which they do. The anatomy can add what the model lacks: a fixed
+    base, a neck, a camera, limits, servos.
 
     Args:
         anatomy: an Anatomy, the path of an anatomy file, or the name of a body that comes with somatopy.
         motion: "dynamic" or "kinematic".
-        arm_speed: speed of the arm's set-points, rad/s; the velocity limits where None.
+        arm_speed: speed of the arm's set-points, rad/s; the velocity limits if None.
         head_speed: the same for the head.
         marker: the cube of tags on the hand.
-        fovy: vertical field of view of the camera, degrees; the model's where None.
+        fovy: vertical field of view of the camera, degrees; the model's if None.
 
     Attributes:
         arm: names and limits of the arm's joints.
         head: names and limits of the head's joints.
         camera: the camera that the eye looks through.
         marker: the cube of tags.
-        occluders: what can stand between camera and marker; their poses are in each reading's view.
-        arm_moves_alone: whether the arm moves the same to the last bit, whatever the head does: nothing couples them.
+        occluders: shapes that can stand between camera and marker. Their poses are in the view of each reading.
+        arm_moves_alone: whether nothing couples arm and head, so that the arm moves the same to the last bit whatever
+            the head does.
         ranges: babbling ranges by name, shape (n_arm, 2), rad: the anatomy's, and "mechanical", the joint limits.
-            There is always a range "confined", in which presets babble: the joint limits where the anatomy has none.
+            There is always a range "confined", in which presets babble. If the anatomy has none, it is the joint
+            limits.
         model: the compiled MuJoCo model.
-        data: its state. Where arm and head are stepped apart, only the joints' positions and all poses in it are kept
-            up, neither velocities nor forces, and what is written into it moves nothing: change the model instead.
+        data: the model's state. If arm and head are stepped apart, only joint positions and poses in it are up to date,
+            not velocities and forces. Writing into it then moves nothing: change the model instead.
 
     Raises:
-        BodyError: model and anatomy do not fit; the message lists what there is.
+        BodyError: model and anatomy do not fit. The message lists what there is.
 
     Example:
         >>> body = MujocoBody("nao", motion="kinematic")
@@ -414,7 +417,7 @@ class Mujoco(Settings):
         """The robot, its arm moving at babbling speed.
 
         Raises:
-            BodyError: model and anatomy do not fit; the message lists what there is.
+            BodyError: model and anatomy do not fit. The message lists what there is.
         """
         return MujocoBody(
             self.model,

@@ -1,4 +1,4 @@
-"""What of a MuJoCo model can stand between camera and marker."""
+"""The shapes of a MuJoCo model that can stand between camera and marker."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _SEEN_THROUGH = 0.62  # opacity up to which the detector reads a tag behind a sh
 
 
 class Occluders:
-    """The shapes of a model that are drawn and are neither the marker, nor endless, nor seen through.
+    """The shapes of a model that can hide the marker: those that are drawn, finite and not transparent.
 
     A mesh counts as its box if it fills that, and else as the ellipsoid inside. Height fields, signed distance fields,
     skins, flexible bodies and tendons count as nothing.

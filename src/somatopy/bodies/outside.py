@@ -1,4 +1,4 @@
-"""A robot from outside: a camera in the room, which stands where all that moves can be seen."""
+"""Pictures of a robot from outside, by a camera in the room that can see everything that moves."""
 
 from __future__ import annotations
 

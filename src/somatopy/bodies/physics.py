@@ -1,4 +1,4 @@
-"""The physics of a frame: servos follow ramping set-points, and no joint passes its ends."""
+"""The physics of a frame: servos follow set-points that move at constant speed, and joints keep their limits."""
 
 from __future__ import annotations
 

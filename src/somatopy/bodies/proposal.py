@@ -1,4 +1,4 @@
-"""Which joints of a model to take for arm and head, where to put marker and eye: what an anatomy file would say."""
+"""Proposes an anatomy for a model: which joints are arm and head, and where marker and eye go."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a body knows of itself: true poses, gathered in one compiled call, and whether arm and head interpenetrate."""
+"""Reads the true poses of a body in one compiled call, and whether arm and head interpenetrate."""
 
 from __future__ import annotations
 

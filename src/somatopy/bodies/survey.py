@@ -1,4 +1,4 @@
-"""What a MuJoCo model has: chains of joints that could be an arm or a head, cameras, servos, and what it lacks."""
+"""Surveys a MuJoCo model: chains of joints that could be arm or head, cameras, servos, and what it lacks."""
 
 from __future__ import annotations
 

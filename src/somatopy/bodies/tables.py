@@ -17,7 +17,7 @@ Turn = Literal["pan", "tilt", "roll"]
 
 
 class Table(BaseModel):
-    """A table of an anatomy file; a key that it does not know is an error."""
+    """A table of an anatomy file. Unknown keys are errors."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -73,10 +73,10 @@ class Joints(Table):
 
 
 def check_limits(joints: tuple[str, ...], limits: tuple[Interval, ...]) -> None:
-    """Each joint needs one interval that is not empty.
+    """Check that each joint has one interval that is not empty.
 
     Raises:
-        ValueError: it has not.
+        ValueError: a joint has none, or an empty one.
     """
     if len(limits) != len(joints):
         raise ValueError(f"limits needs one [low, high] for each of {list(joints)}, not {len(limits)}")

@@ -1,4 +1,4 @@
-"""What the parts of an experiment promise each other: their contracts, and what the shipped checks share."""
+"""Contracts of an experiment's parts, as protocols, and the functions that the shipped checks are built from."""
 
 from somatopy.contract.laws import (
     ContractError,

@@ -1,4 +1,4 @@
-"""What the shipped checks share: how they name a broken law, and the laws of seeds and of `state` and `restore`."""
+"""What the shipped checks share: reporting a broken law, and the laws about seeds, `state` and `restore`."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ __all__ = [
 
 
 class ContractError(AssertionError):
-    """An implementation breaks a law of its contract; the message says the law, what was seen and the fix."""
+    """An implementation breaks a law of its contract. The message names the law, what was seen, and the fix."""
 
 
 class Stateful(Protocol):
-    """What can be saved and continued."""
+    """An object whose state can be saved, and which can continue from a saved state."""
 
     def state(self) -> dict[str, Any]:
         """All that a bit-exact continuation needs."""
@@ -47,17 +47,18 @@ S = TypeVar("S", bound=Stateful)
 
 @contextmanager
 def law(what: str, fix: str) -> Iterator[Callable[..., None]]:
-    """What stands under `with` must keep a law; what it raises counts as breaking it.
+    """Context manager for testing one law. Any exception inside the `with` block counts as breaking the law.
 
     Args:
         what: the law, a sentence without its full stop.
-        fix: what to do where it is broken, the same.
+        fix: what to do if the law is broken, also a sentence without its full stop.
 
     Yields:
-        `holds(condition, seen, *values)`, to state the law's conditions; `seen` is a format string for the values.
+        The function `holds(condition, seen, *values)`, which checks a condition of the law. `seen` says what was
+        observed; it is a format string for the values.
 
     Raises:
-        ContractError: a condition does not hold, or anything else was raised.
+        ContractError: a condition does not hold, or the block raised an exception.
 
     Example:
         >>> with law("a hand has five fingers", fix="count again") as holds:
@@ -84,13 +85,13 @@ def _broken(what: str, seen: str, fix: str) -> ContractError:
 
 
 def missing_members(thing: object, contract: type) -> list[str]:
-    """The public members of a contract, a Protocol class, that a thing lacks."""
+    """Names of the public members of a contract (a Protocol class) that an object lacks."""
     members = {name for base in contract.__mro__ for name in {*vars(base), *vars(base).get("__annotations__", {})}}
     return sorted(name for name in members if not name.startswith("_") and not hasattr(thing, name))
 
 
 def check_members(thing: object, contract: type) -> None:
-    """Check that a thing has the public members of a contract, a Protocol class."""
+    """Check that an object has all public members of a contract, which is a Protocol class."""
     lacks = missing_members(thing, contract)
     where = f"{contract.__module__}.{contract.__name__}"
     with law(f"it has all members of {contract.__name__}", f"see {where} for what they do") as holds:
@@ -98,7 +99,7 @@ def check_members(thing: object, contract: type) -> None:
 
 
 def refused(call: Callable[[], object]) -> bool:
-    """Whether a call raises ValueError (or a kind of it); other errors pass."""
+    """Whether a call raises a ValueError. Other exceptions are not caught."""
     try:
         call()
     except ValueError:
@@ -107,7 +108,7 @@ def refused(call: Callable[[], object]) -> bool:
 
 
 def same(a: Any, b: Any) -> bool:
-    """Whether two nested values agree bit for bit; NaN is like NaN."""
+    """Whether two nested values agree bit for bit. NaN counts as equal to NaN."""
     if isinstance(a, np.ndarray) and isinstance(b, np.ndarray):
         return a.dtype == b.dtype and a.shape == b.shape and a.tobytes() == b.tobytes()
     if isinstance(a, dict) and isinstance(b, dict):
@@ -120,7 +121,7 @@ def same(a: Any, b: Any) -> bool:
 
 
 def facts(record: Any) -> dict[str, Any]:
-    """The fields of a dataclass but functions, copied; dataclasses and mappings in it likewise, as dictionaries."""
+    """Copies of the fields of a dataclass, without functions. Dataclasses and mappings in it become dictionaries."""
     fields = record if isinstance(record, Mapping) else vars(record)
     return {
         name: facts(value) if is_dataclass(value) or isinstance(value, Mapping) else deepcopy(value)
@@ -130,7 +131,7 @@ def facts(record: Any) -> dict[str, Any]:
 
 
 def size(value: Any) -> int:
-    """Bytes of a nested state: its arrays and text, and 8 for each other value."""
+    """Size of a nested state in bytes: that of its arrays and text, and 8 bytes for each other value."""
     if isinstance(value, dict):
         return sum(size(item) for item in value.values())
     if isinstance(value, (list, tuple)):
@@ -139,10 +140,12 @@ def size(value: Any) -> int:
 
 
 def stored(state: Any, path: str = "state()") -> Any:
-    """The state as a checkpoint gives it back: arrays, numbers, text, and lists of numbers or text, in dictionaries.
+    """A copy of a state, as a checkpoint would give it back.
+
+    A state may hold arrays, numbers, text, lists of numbers or text, and dictionaries of these.
 
     Raises:
-        TypeError: something else is in it; the message says where.
+        TypeError: the state holds something else; the message says where.
     """
     if isinstance(state, dict):
         for key in state:
@@ -158,7 +161,7 @@ def stored(state: Any, path: str = "state()") -> Any:
 
 
 def check_seed(make: Callable[[int], S], play: Callable[[S, int, int], object]) -> None:
-    """Check that one seed gives one behaviour, and that `state` is what a checkpoint can hold; as `check_state`."""
+    """Check that one seed gives one behaviour, and that a checkpoint can hold the state. See `check_state`."""
     original, twin = make(1), make(1)
     with law("one seed, one behaviour", "draw all random numbers from the generator that is given") as holds:
         holds(same(play(original, 0, 37), play(twin, 0, 37)), "two of one seed behave differently")
@@ -167,14 +170,15 @@ def check_seed(make: Callable[[int], S], play: Callable[[S, int, int], object]) 
 
 
 def check_state(make: Callable[[int], S], play: Callable[[S, int, int], object]) -> None:
-    """Check that one seed gives one behaviour, and that it continues bit for bit from a state.
+    """Check that one seed gives one behaviour, and that an object continues bit for bit from a saved state.
 
     Args:
-        make: a fresh object from a seed.
-        play: lets frames from the first to the last (excluded) pass, and returns all that the object shows of them.
+        make: makes a fresh object from a seed.
+        play: called with the object, the first frame and the last one (excluded). It lets these frames pass, and
+            returns everything that can be observed of the object meanwhile.
 
     Raises:
-        ContractError: it does not; the message says the law.
+        ContractError: it does not. The message names the broken law.
     """
     check_seed(make, play)
     original, fresh = make(1), make(2)

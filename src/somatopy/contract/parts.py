@@ -1,6 +1,7 @@
-"""The contracts of an experiment's parts: what each must do, and what only some can do beside it.
+"""The contracts of an experiment's parts, and the capabilities that some parts have in addition.
 
-An implementation derives from nothing here. It has the members, and it passes the `check_*` of its kind.
+An implementation need not derive from these classes. It must have their members, and pass the check of its kind, such
+as `somatopy.check_learner`.
 """
 
 from __future__ import annotations
@@ -36,8 +37,15 @@ __all__ = [
 class Body(Protocol):
     """A robot with an arm, a head with a camera in it, and a marker on its hand.
 
-    `arm`, `head`, `camera` and `marker` are readable while disconnected. Only the body clips commands: to position
-    and velocity limits and to limits that couple joints. One `step` lasts one frame.
+    `arm`, `head`, `camera` and `marker` can be read before the robot is connected. The body alone clips commands: to
+    position limits, to velocity limits, and to limits of a joint that depend on another joint. One `step` lasts one
+    frame, 1/15 s.
+
+    Attributes:
+        arm: names, limits and units of the arm's joints.
+        head: the same of the head's joints.
+        camera: the camera that the eye looks through.
+        marker: the cube of tags on the hand.
     """
 
     arm: JointGroup
@@ -60,7 +68,7 @@ class Body(Protocol):
 
 @runtime_checkable
 class Resumable(Protocol):
-    """A body that can be put back into a state: simulations can, devices cannot."""
+    """A body that can be put back into an earlier state. Simulations have this capability; real robots do not."""
 
     def state(self) -> dict[str, Any]:
         """All that a bit-exact continuation needs."""
@@ -73,9 +81,9 @@ class Resumable(Protocol):
 
 @runtime_checkable
 class Twin(Protocol):
-    """A body that has a model of itself: true poses at any posture, without moving.
+    """A body that has a model of itself: it can compute its true poses at any posture, without moving.
 
-    The geometric eye, the ceiling and `evaluate` ask for it. A body without one runs all the same, and its report
+    The geometric eye, the ceiling and `evaluate` need this capability. A body without it can run too, and its report
     says that there is no ceiling.
 
     Attributes:
@@ -95,77 +103,78 @@ class Twin(Protocol):
         ...
 
     def fingerprint(self) -> bytes:
-        """All that poses, limits and movements of this body depend on, injuries included; for keys of caches."""
+        """A digest of all that poses, limits and movements depend on, damages included; caches use it as key."""
         ...
 
     def another(self) -> Body:
-        """A second body like this one, injuries included, which moves by itself; whoever asks for it closes it."""
+        """A second, independent body like this one, damages included. The caller must close it."""
         ...
 
 
 @runtime_checkable
 class SharesArm(Protocol):
-    """A body whose arm moves the same whatever the head does, so that runs of one seed can share its movement."""
+    """A body whose arm moves in the same way whatever the head does, so that runs of one seed can share it."""
 
     def share_arm(self, key: bytes, frames: int, commands: Callable[[], Floats] | None) -> bool:
-        """Take the arm's movement from where it is kept, from the present frame on; nothing else changes in any bit.
+        """From the present frame on, take the arm's movement from a cache. This changes no bit of any result.
 
-        The body goes on without as soon as the arm's target is another one, or something of the body is changed.
+        The body stops using the stored movement as soon as the arm gets another target, or the body itself is changed.
 
         Args:
-            key: all that the arm's targets depend on.
-            frames: how many frames the movement has at least, from time 0 on; a longer one that is kept serves.
-            commands: gives the arm's target in each of them, shape (frames, n_arm), rad, so that a movement that is not
-                kept yet is computed and kept; None if only one that is kept is to be used.
+            key: identifies everything that the arm's targets depend on.
+            frames: the least length of the movement, in frames from time 0. A longer stored movement will do.
+            commands: returns the arm's target in each of these frames, shape (frames, n_arm), rad. With it, a movement
+                that is not in the cache is computed and stored. None to use only a movement that is stored already.
 
         Returns:
-            Whether the arm is led by a movement now.
+            Whether the arm now follows a stored movement.
         """
         ...
 
     def unshare_arm(self) -> None:
-        """Move the arm by its own physics from the present frame on."""
+        """From the present frame on, move the arm by its own physics again."""
         ...
 
 
 @runtime_checkable
 class Alterable(Protocol):
-    """A body of which something can be changed for a while: injuries and growth are uses of it.
+    """A body that can be changed for a while, as by a damage or by growth.
 
-    Each method returns what undoes it to the last bit, or raises a ValueError where this body cannot have it. What is
-    changed holds for the twin, for bodies that `another`
-    gives, and in the fingerprint, and it stays through `reset` and `restore`. Arrays that the body has given out, such
-    as the sizes of its occluders, change in place.
+    Each method returns a function that undoes the change to the last bit. It raises a ValueError if this body cannot be
+    changed in this way. A change also holds for the twin, for bodies that `another` returns, and for the fingerprint.
+    It lasts through `reset` and `restore`. Arrays that the body has given out, such as the sizes of its occluders,
+    change in place.
     """
 
     def turn_camera(self, tilt: float, roll: float) -> Callable[[], None]:
         """Turn the eye's camera in the head.
 
         Args:
-            tilt: about its axis to the right, rad: it looks further up.
-            roll: about its line of sight, rad: the top of the picture goes to the left as the camera sees it.
+            tilt: angle about its axis to the right, rad. With a positive one it looks further up.
+            roll: angle about its line of sight, rad. With a positive one the top of the picture goes to the left, as
+                the camera sees it.
         """
         ...
 
     def move_marker(self, by: float) -> Callable[[], None]:
-        """Move the marker along its axis, m; the hand seems longer, as with a tool in it."""
+        """Move the marker along its axis by so many metres, as if the hand held a tool."""
         ...
 
     def stretch_arm(self, factor: float) -> Callable[[], None]:
-        """Make the links between the arm's joints and up to the marker `factor` times as long; angles stay."""
+        """Make the links of the arm, up to the marker, `factor` times as long. Joint angles stay the same."""
         ...
 
     def pace_arm(self, factor: float) -> Callable[[], None]:
-        """Let the set-points of the arm move `factor` times as fast, within the joints' own limits."""
+        """Let the servo set-points of the arm move `factor` times as fast, within the joints' velocity limits."""
         ...
 
 
 @runtime_checkable
 class Posable(Body, Protocol):
-    """A body that can be put into any posture at once, and drawn: for pictures of a run, after it."""
+    """A body that can be put into any posture at once, and drawn. Reports and films need this for their pictures."""
 
     def place(self, arm: ArrayLike, head: ArrayLike) -> Reading:
-        """Be at rest in a posture, (n_arm,) and (n_head,) rad, without clipping, and sense."""
+        """Put the body at rest into a posture, (n_arm,) and (n_head,) rad, without clipping, and return a reading."""
         ...
 
     def picture(self, camera: str | None = None, width: int | None = None, height: int | None = None) -> Image:
@@ -179,7 +188,7 @@ class Modelled(Body, Twin, Protocol):
 
 @runtime_checkable
 class Recorded(Protocol):
-    """A part that has columns of its own in the record of frames.
+    """A part that adds columns of its own to the record of frames.
 
     Attributes:
         columns: their names, types and meanings, the same for the life of the part.
@@ -194,10 +203,10 @@ class Recorded(Protocol):
 
 @runtime_checkable
 class Eye(Protocol):
-    """Finds the marker. Pure: the same reading gives the same answer.
+    """Finds the marker in what the body senses. The same reading always gives the same answer.
 
-    An eye may be `Recorded`. One that says `needs_pictures = True` lets a session find out at its start whether the
-    body's pictures can be drawn.
+    An eye may also be `Recorded`. If it has an attribute `needs_pictures = True`, a session tests at its start whether
+    the body's pictures can be drawn.
     """
 
     def look(self, reading: Reading) -> Sighting | None:
@@ -207,7 +216,7 @@ class Eye(Protocol):
 
 @runtime_checkable
 class Babbler(Protocol):
-    """Says where the arm should go. Open loop, so that one seed gives every learner the same arm movement."""
+    """Commands the arm. It gets no feedback, so that one seed gives every learner the same arm movement."""
 
     def command(self, time: float) -> Floats:
         """Final target of the movement under way at `time` (s, never decreasing), shape (n_arm,), rad."""
@@ -229,7 +238,7 @@ class Learner(Protocol):
     Attributes:
         parts: names of what can learn, the same for the life of the learner; empty if it learns nothing.
         plastic: those of the parts that may learn now; settable at any time.
-        columns: what `probes` tells, for the recorder.
+        columns: the values that `probes` gives to the record of frames.
     """
 
     parts: frozenset[str]
@@ -245,7 +254,10 @@ class Learner(Protocol):
         ...
 
     def predict(self, arm: ArrayLike) -> Floats:
-        """Where it would look for this arm posture, shape (n_head,), rad. Pure: draws nothing, changes nothing."""
+        """Where the learner would look for this arm posture, shape (n_head,), rad.
+
+        Draws no random numbers and changes nothing.
+        """
         ...
 
     def probes(self) -> Mapping[str, float]:
@@ -253,7 +265,7 @@ class Learner(Protocol):
         ...
 
     def maps(self) -> dict[str, Any]:
-        """Arrays worth keeping at window ends, to show what was learned; {} if there are none."""
+        """Arrays that show what was learned; a run stores them at the end of each window. {} if there are none."""
         ...
 
     def state(self) -> dict[str, Any]:
@@ -267,10 +279,10 @@ class Learner(Protocol):
 
 @runtime_checkable
 class Shuffles(Protocol):
-    """A learner whose associations can be given to other inputs, which leaves only chance."""
+    """A learner whose associations can be shuffled, so that it hits by chance only. This makes a control."""
 
     def shuffle(self, rng: np.random.Generator) -> None:
-        """Permute what inputs are associated with."""
+        """Randomly permute what the inputs are associated with."""
         ...
 
 
@@ -279,17 +291,18 @@ class Believing(Protocol):
     """A learner that can say from where it believes that the hand can be seen."""
 
     def belief(self, arms: ArrayLike, gazes: ArrayLike) -> Floats:
-        """How far it believes, of each arm posture and gaze, that this gaze sees the hand there.
+        """How strongly the learner believes that a gaze sees the hand, for each arm posture and gaze.
 
-        Pure, as `predict` is, and about what `predict` commands: of all gazes that the head can take none should be
-        believed more than that one. Working memory of the last frames does not count.
+        Like `predict`, it draws no random numbers and changes nothing. It must agree with `predict`: of all gazes that
+        the head can take, none may have a greater belief than the predicted one. Memory of the last few frames is left
+        out.
 
         Args:
             arms: arm postures as they are perceived, shape (k, n_arm), rad.
             gazes: head postures to command, shape (n, n_head), rad.
 
         Returns:
-            Shape (k, n), from 0 to 1: above one half it rather believes that the hand is seen.
+            Shape (k, n), from 0 to 1. Above one half the learner believes that the hand is seen.
         """
         ...
 
@@ -299,7 +312,7 @@ class Stage(Protocol):
 
     Attributes:
         body: the robot.
-        learner: what moves the head.
+        learner: the learner, which commands the head.
         rng: the intervention's own random numbers.
     """
 
@@ -319,20 +332,21 @@ class Stage(Protocol):
         ...
 
     def renew_learner(self) -> None:
-        """Put a learner that has learned nothing in the place of the one that is there."""
+        """Replace the learner by a fresh one that has learned nothing."""
         ...
 
 
 @runtime_checkable
 class Intervention(Protocol):
-    """What is done to an experiment for the length of a phase: damage, freezing and shuffling are uses of it.
+    """Something that is done to an experiment for the length of a phase, such as a damage, freezing or shuffling.
 
-    Derive from `somatopy.interventions.NoIntervention`, whose methods do nothing, and write those that do something.
+    Derive from `somatopy.interventions.NoIntervention`, whose methods do nothing, and override those that you need.
 
     Attributes:
-        alters_ceiling: whether the body, as `hold` leaves it, must be asked anew what it could see.
-        moves_arm: whether it may change how the arm moves: its body, or the targets that it is given.
-        columns: what `probes` tells, for the recorder; () if nothing.
+        alters_ceiling: whether it changes what the body can see, so that the ceiling must be computed on the changed
+            body.
+        moves_arm: whether it may change how the arm moves, by changing the body or the arm's targets.
+        columns: the values that `probes` gives to the record of frames; () if there are none.
     """
 
     alters_ceiling: bool
@@ -340,15 +354,15 @@ class Intervention(Protocol):
     columns: Sequence[Column]
 
     def check(self, stage: Stage) -> None:
-        """Raise a ValueError if body or learner cannot have this done to them; called before anything runs."""
+        """Raise a ValueError if the body or the learner does not fit. Called before anything runs."""
         ...
 
     def begin(self, stage: Stage) -> None:
-        """Change, once, what states of body and learner hold; called before the first frame of the phase."""
+        """Change things that belong to the state of body or learner. Called once, before the phase's first frame."""
         ...
 
     def hold(self, stage: Stage) -> None:
-        """Change what no state holds, such as a model's constants.
+        """Change things that belong to no state, such as constants of a model.
 
         Called after `begin`, and again whenever a run is resumed within the phase.
         """
@@ -359,11 +373,11 @@ class Intervention(Protocol):
         ...
 
     def sense(self, percept: Percept, rng: np.random.Generator) -> Percept:
-        """Change what is sensed, in every frame (step 3)."""
+        """Change what the learner perceives. Called in every frame, after the eye has looked."""
         ...
 
     def act(self, target: Floats, gaze: Floats, rng: np.random.Generator) -> tuple[Floats, Floats]:
-        """Change what is commanded, in every frame (step 9): arm target (n_arm,) and head target (n_head,), rad."""
+        """Change the targets of arm (n_arm,) and head (n_head,), rad, on their way to the body, in every frame."""
         ...
 
     def probes(self) -> Mapping[str, float]:
@@ -371,7 +385,7 @@ class Intervention(Protocol):
         ...
 
     def state(self) -> dict[str, Any]:
-        """All that a bit-exact continuation needs beside the generator, which is kept for it."""
+        """All that a bit-exact continuation needs, except for the generator, whose state is saved separately."""
         ...
 
     def restore(self, state: dict[str, Any]) -> None:

@@ -1,4 +1,4 @@
-"""Experiments: the description, the session, the run folder."""
+"""Experiments: their descriptions, the session that runs one, and the run folder that records it."""
 
 from somatopy.experiment.description import Description, DescriptionError, Phase, frames_of, load_description
 from somatopy.experiment.frame import Frame

@@ -1,7 +1,7 @@
-"""What a learner believes at arm postures that it never met: belief.npz of a run folder.
+"""Records what a learner believes about some arm postures: the file belief.npz of a run folder.
 
 At the end of each window and of each phase the learner is asked, for a few arm postures, where it would look and, if it
-is `Believing`, from which gazes of a grid it believes that the hand can be seen. Asking changes nothing.
+is `Believing`, from which gazes of a grid it believes that the hand can be seen. Asking does not change the learner.
 """
 
 from __future__ import annotations
@@ -34,12 +34,14 @@ _ONE = 255  # what stands for 1 in the file
 
 
 class Beliefs:
-    """Notes what the learner of a session believes, and writes it.
+    """Records what the learner of a session believes, and writes it to a file.
 
-    The arm postures are drawn from the babbling range before the first frame, such as the robot can see as it is then.
+    The arm postures are drawn from the babbling range before the first frame. They are postures in which the robot can
+    see its hand at that time.
 
     Args:
-        session: whose learner is asked; its body has a model of itself, and nothing has run yet.
+        session: the session whose learner is asked. Its body must have a model of itself, and no frame may have run
+            yet.
 
     Attributes:
         arrays: the content of the file, by name:
@@ -70,10 +72,10 @@ class Beliefs:
 
     @classmethod
     def of(cls, session: Session, since: Mapping[str, Any] | None) -> Self | None:
-        """Those of a session that begins, or goes on from a checkpoint.
+        """The record for a session that begins, or that continues from a checkpoint.
 
         Returns:
-            None for a body without a model of itself, and for a run that went on without them so far.
+            None for a body without a model of itself, and for a run that has not recorded beliefs so far.
         """
         if since is None:
             body = session.body
@@ -85,7 +87,7 @@ class Beliefs:
         return beliefs
 
     def note(self, session: Session) -> None:
-        """Ask the learner between two frames, once."""
+        """Ask the learner once, between two frames."""
         if session.done in self.arrays["frame"]:
             return
         learner, arms = session.learner, session.feel(self.arrays["arms"])
@@ -105,7 +107,7 @@ class Beliefs:
 
 
 def coarse(body: Modelled) -> Vantages:
-    """The gazes that a learner is asked about, with what can be seen from each."""
+    """The coarse grid of gazes that a learner is asked about, with what can be seen from each."""
     return Vantages.of(body, GRIDS[len(body.head)])
 
 

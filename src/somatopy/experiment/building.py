@@ -1,4 +1,4 @@
-"""Parts from their settings, and settings from parts that are handed over; all that does not fit is said here."""
+"""Builds parts from their settings, and settings from parts that are given in Python; reports whatever does not fit."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _WHERE: dict[str, tuple[str, Kinds]] = {
 
 @contextmanager
 def said_of(key: str) -> Iterator[None]:
-    """What a part says when it is built becomes an error of the description, with the key of the part."""
+    """Turn errors that a part raises when it is built into errors of the description, with the part's key."""
     try:
         yield
     except (DescriptionError, BodyError):
@@ -35,7 +35,7 @@ def said_of(key: str) -> Iterator[None]:
 
 
 def built(key: str, contract: type, settings: Settings, context: Context) -> Any:
-    """The part that settings describe, once it is known to keep its contract's members."""
+    """Build the part that settings describe, and check that it has all members of its contract."""
     with said_of(key):
         part = settings.build(context)
     if lacks := missing_members(part, contract):
@@ -47,12 +47,12 @@ def built(key: str, contract: type, settings: Settings, context: Context) -> Any
 
 
 def check_numbers(description: Description) -> None:
-    """See that babbling range and offsets have as many numbers as the arm has joints, before anything is simulated.
+    """Check, before anything is simulated, that babbling range and offsets have one entry for each joint of the arm.
 
-    Only somatopy's own parts are looked at, and only the anatomy file is read. The session says the rest.
+    Only somatopy's own parts are checked, and only the anatomy file is read. The session finds all other faults.
 
     Raises:
-        DescriptionError: they have not.
+        DescriptionError: a number of entries is wrong.
     """
     body, babbling = description.body, description.babbling
     if body.kind != "mujoco":
@@ -84,10 +84,10 @@ def hand_over(
     learner: Any = None,
     interventions: Mapping[str, Iterable[Any]] | None = None,
 ) -> Description:
-    """The description that names parts which are handed over; see `Session`.
+    """The description with parts that are given in Python in place of its own; see `Session`.
 
     Raises:
-        DescriptionError: a part makes nothing, or there is no phase of that name.
+        DescriptionError: an object is neither a part nor makes one, or there is no phase of that name.
     """
     given = {
         "body": (BODIES, body),
@@ -124,15 +124,15 @@ def _lists(own: Any) -> bool:
 
 
 def handed_over_again(table: dict[str, Any], given: Mapping[str, Any], forked: bool = False) -> dict[str, Any]:
-    """A table in which parts that are handed over again stand in their places.
+    """The table of a description in which parts that are given again, to continue a run, are put into their places.
 
     Args:
-        table: the description, as its file says it.
+        table: the description, as it stands in its file.
         given: the parts by the name of `Session`'s arguments.
-        forked: whether interventions may be among them that only the fork has.
+        forked: whether they may include interventions that only the fork has.
 
     Raises:
-        DescriptionError: a part makes nothing, or is another than the one that the run began with.
+        DescriptionError: an object is neither a part nor makes one, or the run began with another part.
     """
     found = dict(table)
     for name, part in given.items():

@@ -1,7 +1,8 @@
-"""What was possible: the share of frames in which any head posture sees the hand, and the bound without look-ahead.
+"""The ceiling, the share of frames in which some head posture sees the hand, and the reactive bound.
 
-A hit rate says nothing without its ceiling: it depends on marker, camera, occlusion and babbling range. Both bounds
-come from the geometric eye and are labelled so.
+A hit rate depends on marker, camera, occlusion and babbling range, so it says little without its ceiling. The reactive
+bound is what a gaze reaches that knows where the hand is, but not where it goes. Both are computed with the geometric
+eye, and are labelled accordingly.
 """
 
 from __future__ import annotations
@@ -50,20 +51,20 @@ def ceiling(
     every: int = EVERY,
     grid: tuple[int, ...] | None = None,
 ) -> dict[str, Any]:
-    """Ceiling and reactive bound of a run's arm postures; kept in the user's cache folder and looked up there.
+    """The ceiling and the reactive bound for the arm postures of a run. Results are kept in the user's cache folder.
 
-    What can be seen is kept for each phase by itself, so that runs which share a phase share it; the reactive bound
-    for the run as a whole.
+    The cache has an entry for each phase, so that runs with a common phase share it, and one for the reactive bound of
+    the whole run.
 
-    The reactive bound is that of ten stretches of 900 frames, the first at the start of the run, the last at its end,
-    the others evenly between; of the whole run where it is no longer than that.
+    The reactive bound is computed on ten stretches of 900 frames, spread evenly from the start of the run to its end.
+    For a run that is no longer than these together, it is computed on the whole run.
 
     Args:
-        bodies: the robot in each phase; another one than before only where an injury changes what it can see.
+        bodies: the robot in each phase. It differs from the one before only if a damage changes what it can see.
         arms_by_phase: for each phase the sensed arm posture in each frame, shape (frames, n_arm), rad.
         window: frames in a window.
-        every: frames from one that the ceiling looks at to the next.
-        grid: head postures tried along each head joint; that of `GRIDS` if None.
+        every: the ceiling looks at one frame out of so many.
+        grid: number of head postures along each head joint; the one of `GRIDS` if None.
 
     Returns:
         Plain data: "eye", "grid", "every"; "rate", the share of frames in which the hand can be seen; "phases", for
@@ -97,18 +98,18 @@ def ceiling(
 
 
 def best_fixed_head(body: Modelled, arms: Floats, grid: tuple[int, ...] | None = None) -> Floats:
-    """The head posture from which the hand is seen in most arm postures; among equals the one most robustly so.
+    """The head posture from which the hand is seen in most arm postures; of several equal ones the most robust.
 
     Args:
         body: the robot.
-        arms: arm postures, shape (n, n_arm), rad; of more than 3,000 only every k-th counts.
-        grid: head postures tried along each head joint; that of `GRIDS` if None.
+        arms: arm postures, shape (n, n_arm), rad. If there are more than 3,000, only every k-th is used.
+        grid: number of head postures along each head joint; the one of `GRIDS` if None.
 
     Returns:
         Shape (n_head,), rad.
 
     Raises:
-        ValueError: no arm postures.
+        ValueError: there are no arm postures.
     """
     if not len(arms):
         raise ValueError("The best fixed head posture needs at least one arm posture; there are none.")
@@ -121,9 +122,9 @@ def best_fixed_head(body: Modelled, arms: Floats, grid: tuple[int, ...] | None =
 
 @dataclass(frozen=True)
 class Vantages:
-    """All head postures of a grid inside the limits, coupled ones included, and what the eye would see from each.
+    """A grid of head postures inside all limits, with what the geometric eye would see from each.
 
-    Where joints limit each other the grid ends on the limit itself, not at the last of its steps inside.
+    Where the limits of one joint depend on another, the grid ends exactly on the limit, not at its last step inside.
 
     Attributes:
         body: the robot.
@@ -131,9 +132,9 @@ class Vantages:
         heads: the postures, shape (m, n_head), rad.
         shape: steps of the grid along each head joint.
         cells: where each posture stands in the grid, shape (m,).
-        framed: the same in a grid with one more cell at each end of each axis, shape (m,).
+        framed: the same for a grid with one more cell at each end of each axis, shape (m,).
         cameras: the camera's pose at each, shape (m, 12).
-        moved: poses there of the occluders that move with the head, shape (m, k, 12).
+        moved: at each, the poses of the occluders that move with the head, shape (m, k, 12).
         rows: which occluders those are, shape (k,).
 
     Example:
@@ -157,7 +158,7 @@ class Vantages:
 
     @classmethod
     def of(cls, body: Modelled, shape: tuple[int, ...] | None = None) -> Vantages:
-        """The head postures of a body, as many steps along each head joint as `shape` says; that of `GRIDS` if None."""
+        """The head postures of a body, with `shape` steps along each head joint; those of `GRIDS` if None."""
         shape = shape or _grid(body)
         axes = [np.linspace(a, b, n) for a, b, n in zip(body.head.lower, body.head.upper, shape, strict=True)]
         every = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
@@ -185,9 +186,9 @@ class Vantages:
         return self.eye.look_from_each(self.cameras, self.moved, self.rows, view, first)
 
     def robustness(self, seen: Bools) -> Ints:
-        """How many steps of the grid each head posture is from the nearest that does not see, shape (m,).
+        """Distance in grid steps of each head posture from the nearest that does not see the hand, shape (m,).
 
-        Zero for those that do not see themselves; what lies beyond the limits does not see.
+        It is 0 for postures that do not see the hand themselves. Postures beyond the limits count as not seeing.
         """
         grid = np.zeros([n + 2 for n in self.shape], np.int32)
         grid.ravel()[self.framed] = seen
@@ -195,7 +196,7 @@ class Vantages:
 
 
 def reachable(vantages: Vantages, arms: Floats) -> Bools:
-    """Whether the hand can be seen at all: the ceiling is the mean.
+    """Whether the hand can be seen from some head posture, for each arm posture. The ceiling is the mean.
 
     Args:
         vantages: the head postures to try.
@@ -214,10 +215,10 @@ def reachable(vantages: Vantages, arms: Floats) -> Bools:
 
 
 def reactive_hits(vantages: Vantages, arms: Floats) -> tuple[Bools, Bools]:
-    """What a gaze with perfect knowledge but no look-ahead hits.
+    """The hits of a gaze that knows perfectly where the hand is, but not where it goes.
 
-    In each frame it heads for the most robust head posture that sees the hand where it is now, the nearest of equal
-    ones. Its head moves as the body's does: at its speed, within all limits and with the lag of its servos.
+    In each frame it aims for the most robust head posture that sees the hand where it is now, or the nearest of
+    several. The head moves as the body's does: at its speed, within all limits and with the lag of its servos.
 
     Args:
         vantages: the head postures to choose from.

@@ -1,4 +1,4 @@
-"""Changes of a description by short words and dotted keys, as command lines and studies write them."""
+"""Changes a description by short words and dotted keys, as on the command line and in studies."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ HEALED = "healed"
 def changed(
     description: Description, changes: Mapping[str, Any], source: str = "The changed experiment"
 ) -> Description:
-    """A description with some things changed: short words first, then dotted keys, the control last.
+    """A changed copy of a description. Short words are applied first, then dotted keys, and the control last.
 
     Args:
         description: what is changed.
-        changes: by short word (`SHORT_WORDS`), by dotted key such as "babbling.speed" or "phases.1.plastic", or by
-            "control", whose value is the name of one of `CONTROLS`. A key that names a part takes the name of a kind or
-            a whole table. Keys that are joined by + get the same value.
-        source: what to call the result in an error.
+        changes: values by short word (`SHORT_WORDS`), by dotted key such as "babbling.speed" or "phases.1.plastic", or
+            by "control", whose value is the name of one of `CONTROLS`. A key that names a part takes the name of a kind
+            or a whole table. Keys joined by + get the same value.
+        source: name of the result in error messages.
 
     Raises:
         DescriptionError: an unknown key (the valid ones are listed), a wrong type or value.
@@ -68,15 +68,15 @@ def _lists(value: Any) -> Any:
 
 
 def flagged(short: Mapping[str, Any], description: Description, damage: str = "--damage") -> dict[str, Any]:
-    """The description as a table, changed by short words; a word that is absent or None changes nothing.
+    """The description as a table, changed by short words. A word that is absent or None changes nothing.
 
     Args:
         short: values by short word.
         description: what is changed.
-        damage: what to call that word in an error.
+        damage: name of the word `damage` in error messages.
 
     Raises:
-        DescriptionError: minutes that are negative, or a damage that nobody knows.
+        DescriptionError: minutes are negative, or the damage is unknown.
     """
     words = {key: value for key in SHORT_WORDS if (value := short.get(key)) is not None}
     table = description.model_dump()
@@ -135,14 +135,14 @@ def _heal_last(phases: list[dict[str, Any]], frames: int) -> None:
 
 
 def damage_named(text: Any, word: str) -> dict[str, Any] | None:
-    """A damage from its short form; None if there is to be none.
+    """A damage from its short form; None for no damage.
 
     Args:
         text: "none", "paper", "offset:A,B,C,D" in rad, a kind of intervention, one of `SUITE`, or a table of settings.
-        word: what to call it in an error.
+        word: its name in error messages.
 
     Raises:
-        DescriptionError: nobody knows it.
+        DescriptionError: it is unknown.
     """
     if isinstance(text, Mapping):
         return None if text.get("kind") == "none" else dict(text)
@@ -170,7 +170,7 @@ def damage_named(text: Any, word: str) -> dict[str, Any] | None:
 
 
 def replace_short(interventions: list[dict[str, Any]], key: str, new: dict[str, Any] | None) -> None:
-    """Put an intervention in the place of those that a short form of a phase stands for, or remove them."""
+    """Replace the interventions that a short form of a phase stands for by another one, or remove them."""
     places = standing_for(key, interventions)
     for place in reversed(places):
         del interventions[place]
@@ -183,7 +183,7 @@ def replace_short(interventions: list[dict[str, Any]], key: str, new: dict[str, 
 
 
 def standing_for(key: str, interventions: Sequence[Mapping[str, Any]]) -> list[int]:
-    """The places of the interventions that a short form of a phase stands for."""
+    """Indices of the interventions that a short form of a phase stands for."""
     return [k for k, entry in enumerate(interventions) if stands_for(key, entry.get("kind", ""))]
 
 

@@ -1,4 +1,4 @@
-"""Checkpoints: nested states as arrays and JSON in one file."""
+"""Checkpoints: nested states, stored as arrays and JSON in one file."""
 
 from __future__ import annotations
 
@@ -20,14 +20,15 @@ _ARRAY = "array in this file, by its number"
 
 
 def write_checkpoint(path: Path, state: dict[str, Any]) -> None:
-    """Write nested dictionaries of arrays and plain values, whole or not at all.
+    """Write nested dictionaries of arrays and plain values to a file, whole or not at all.
 
     Args:
         path: the file, .npz.
-        state: its keys are text; its values arrays, numbers, text, lists of numbers or text, or more of the same.
+        state: a dictionary whose keys are text. Its values are arrays, numbers, text, lists of numbers or text, or
+            dictionaries of the same sort.
 
     Raises:
-        TypeError: something else is in it; the message says where.
+        TypeError: the state holds something else; the message says where.
     """
     arrays: list[np.ndarray[Any, Any]] = []
     try:
@@ -42,7 +43,7 @@ def write_checkpoint(path: Path, state: dict[str, Any]) -> None:
 
 
 def read_checkpoint(path: Path) -> dict[str, Any]:
-    """What `write_checkpoint` wrote.
+    """Read what `write_checkpoint` has written.
 
     Raises:
         DescriptionError: the file is missing, broken or no checkpoint.
@@ -58,7 +59,7 @@ def read_checkpoint(path: Path) -> dict[str, Any]:
 
 
 def size_of(state: Any) -> int:
-    """Bytes of the arrays in a state, and eight for each plain value in it.
+    """Size of a state in bytes: that of its arrays, and eight bytes for each plain value.
 
     Example:
         >>> size_of({"weights": np.zeros((3, 2)), "rng": {"seed": 5, "kind": "PCG64"}})

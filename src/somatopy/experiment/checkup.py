@@ -1,4 +1,4 @@
-"""Whether a robot can do an experiment: is its hand ever seen, is its physics stable, and what is wrong if not."""
+"""Checks whether a robot can do an experiment: whether its hand can be seen, and whether its physics is stable."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ _SELDOM = 0.2  # share of arm postures below which a run teaches little
 
 @dataclass(frozen=True)
 class Fault:
-    """Something that is wrong, and how to mend it.
+    """Something that is wrong with a robot, and how to mend it.
 
     Attributes:
-        stops: whether the robot cannot run with it.
+        stops: whether it keeps the robot from running.
         text: one or two sentences.
     """
 
@@ -43,13 +43,13 @@ class Fault:
 
 @dataclass(frozen=True)
 class Checkup:
-    """What was found.
+    """The result of `checkup`.
 
     Attributes:
         faults: what is wrong.
-        arms: arm postures of its babbling, shape (n, n_arm), rad; none if the robot could not be built.
-        outlook: what could be seen at these; None if the robot could not be built.
-        trial: what physics did; None if it cannot move the robot.
+        arms: arm postures from babbling, shape (n, n_arm), rad; none if the robot could not be built.
+        outlook: what can be seen at these postures; None if the robot could not be built.
+        trial: how the robot moved by physics; None if physics cannot move it.
     """
 
     faults: tuple[Fault, ...]
@@ -64,7 +64,7 @@ class Checkup:
 
 
 def checkup(anatomy: Anatomy) -> Checkup:
-    """Build the robot, let it babble, look whether its hand can be seen, and move it by physics.
+    """Build a robot, let it babble, test whether its hand can be seen, and move it by physics.
 
     Example:
         >>> from somatopy.bodies import MODELS
@@ -97,7 +97,7 @@ def _context(body: MujocoBody) -> Context:
 
 
 def model_faults(found: Survey) -> Iterator[Fault]:
-    """What is odd in a model, whatever an anatomy says."""
+    """Faults of a model that do not depend on the anatomy."""
     if found.arms and found.arms[0].reach > _LONG:
         yield Fault(
             False,

@@ -47,7 +47,7 @@ _COMMANDS = {
 def vector_columns(body: Body) -> list[tuple[Column, str, str]]:
     """The columns of all vectors of a frame, each with its sense and the name of its joint.
 
-    They stand in the order: sensed arm and head, commands of arm and head, percepts of arm and head.
+    Their order is: sensed arm and head, commands of arm and head, percepts of arm and head.
     """
     senses: dict[str, JointGroup] = {"arm": body.arm, "head": body.head}
     return [
@@ -64,13 +64,13 @@ def _vector(sense: str, name: str, role: str, meaning: str, unit: str) -> Column
 
 
 def check_names(columns: Iterable[tuple[str, Column]]) -> None:
-    """See that no two columns have the same name.
+    """Check that no two columns have the same name.
 
     Args:
-        columns: who declares each, and the column.
+        columns: pairs of the part that declares a column, and the column.
 
     Raises:
-        ValueError: two have; the message names both owners.
+        ValueError: two columns have the same name. The message names the parts that declare them.
     """
     every = [("a frame", column) for column in (*BEFORE, *BEHIND)] + list(columns)
     twice = [name for name, count in Counter(column.name for _, column in every).items() if count > 1]

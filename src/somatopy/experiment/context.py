@@ -1,4 +1,4 @@
-"""What an experiment hands over to the settings that build its parts, and the random stream of each part."""
+"""The context from which settings build their parts, and the random stream of each part."""
 
 from __future__ import annotations
 
@@ -20,21 +20,21 @@ _ENOUGH = 500
 
 
 def stream(seed: int, name: str) -> np.random.Generator:
-    """The named random stream of one part: adding a part never shifts another's numbers."""
+    """The random stream of one part, by name. Adding a part never changes the random numbers of another."""
     return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(zlib.crc32(name.encode()),)))
 
 
 class Context:
-    """What settings find in `build(context)`: the parts that are built by then, and what can be computed from them.
+    """The argument of `build(context)`: the parts that are built by then, and what can be computed from them.
 
-    The body is built first, then eye, babbler, learner, and the interventions last. Each finds a random stream of its
-    own in `rng`.
+    The body is built first, then eye, babbler and learner, and the interventions last. Each gets a random stream of its
+    own as `rng`.
 
     Args:
         description: the experiment.
-        body: the robot; None while it is built.
-        rng: random numbers of the part that is built.
-        start: the arm's posture at time 0, shape (n_arm,), rad; empty while the body is built.
+        body: the robot; None while it is being built.
+        rng: random numbers for the part that is being built.
+        start: the arm's posture at time 0, shape (n_arm,), rad; empty while the body is being built.
 
     Attributes:
         description: see above.
@@ -55,14 +55,14 @@ class Context:
         self.start = start if start is not None else np.empty(0)
 
     def told(self, **more: Any) -> Context:
-        """The same, with further attributes: what a part tells the parts that it is made of."""
+        """A copy of the context with further attributes, for the parts that a part itself is made of."""
         context = Context(self.description, self._body, self.rng, self.start)
         vars(context).update(more)
         return context
 
     @property
     def arm_speed(self) -> float | None:
-        """Speed of the arm's set-points, rad/s, where the babbler's settings say it."""
+        """Speed of the arm's set-points, rad/s, if the babbler's settings give it."""
         return getattr(self.description.babbling, "speed", None)
 
     @property
@@ -70,7 +70,7 @@ class Context:
         """The robot.
 
         Raises:
-            ValueError: it is built now.
+            ValueError: it is being built.
         """
         if self._body is None:
             raise ValueError("a body is built before all other parts: it can ask the context for none of them")
@@ -106,7 +106,7 @@ class Context:
         return built
 
     def babbled(self, count: int) -> Floats:
-        """Arm postures (count, n_arm), rad, drawn from 30 minutes of set-points of a babbling stream of their own."""
+        """Arm postures (count, n_arm), rad, from 30 minutes of babbling with random numbers of their own."""
         rng, arm = stream(self.description.seed, "sampled babbling"), self.arm
         posture = self.bounds().mean(axis=1)
         babbler = self.babbler(rng, posture)
@@ -118,7 +118,7 @@ class Context:
         return postures[rng.choice(len(postures), count, replace=count > len(postures))]
 
     def bounds(self) -> Floats:
-        """Low and high of each arm joint (n_arm, 2), rad, in which the arm babbles; its limits where nobody says."""
+        """The babbling range, low and high of each arm joint (n_arm, 2), rad; or else the joint limits."""
         wanted = getattr(self.description.babbling, "range", "mechanical")
         return self.range(wanted) if isinstance(wanted, str) else np.array(wanted, float)
 
@@ -126,7 +126,7 @@ class Context:
         """The head posture that sees the hand in most babbled arm postures, shape (n_head,), rad.
 
         Raises:
-            ValueError: the body has no model of itself, so that nobody can tell.
+            ValueError: the body has no model of itself.
         """
         if not isinstance(self.body, Twin):
             raise ValueError(

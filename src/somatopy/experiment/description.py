@@ -1,4 +1,4 @@
-"""Everything an experiment knows, in one frozen, validated description; TOML in and out."""
+"""The description of an experiment, frozen and validated, and how it is read from TOML."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ Intervention = Annotated[Settings, INTERVENTIONS]
 
 
 class DescriptionError(ValueError):
-    """A description that cannot be run; the message names the key, its value and the valid choices."""
+    """A description cannot be run. The message names the key, its value and the valid choices."""
 
 
 class _Table(BaseModel):
@@ -68,11 +68,11 @@ class _Table(BaseModel):
 
 
 class Phase(_Table):
-    """A stretch of the experiment, and what is done to it meanwhile.
+    """A phase of an experiment: its length, and what is done to body and learner during it.
 
-    `damage`, `plastic` and `start` are short forms: a table or name of one intervention that is a damage (or "none"),
-    the parts of the learner that learn, and "continue", "afresh" or "shuffled". They become interventions, in the
-    order start, plastic, damage, before those that `interventions` lists.
+    `damage`, `plastic` and `start` are short forms for common interventions. `damage` takes the name or table of one
+    damage, or "none". `plastic` lists the parts of the learner that learn. `start` is "continue", "afresh" or
+    "shuffled". They become interventions in the order start, plastic, damage, before those that `interventions` lists.
     """
 
     name: str = Field("intact", min_length=1, description="Its name, which no other phase has.")
@@ -101,7 +101,7 @@ class Phase(_Table):
 
     @property
     def damage(self) -> str:
-        """The kinds of its interventions that are damages, joined by +; "none" without any."""
+        """The kinds of the phase's damages, joined by +; "none" if it has no damage."""
         return damage_of(settings.kind for settings in self.interventions)
 
     def _changed(self, table: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
@@ -115,7 +115,7 @@ class Phase(_Table):
 
 
 def damage_of(kinds: Iterable[str]) -> str:
-    """The damage of a phase as one text, from the kinds of its interventions.
+    """The damages of a phase as one text, from the kinds of its interventions.
 
     Example:
         >>> damage_of(["plastic", "offset", "my_file:Noise"]), damage_of(["afresh"])
@@ -150,7 +150,7 @@ def _short_form(key: str, table: dict[str, Any]) -> list[Settings]:
         value = {"kind": "plastic", "parts": value}
     elif value == "none" or (isinstance(value, Mapping) and value.get("kind") == "none"):
         if isinstance(value, Mapping) and len(value) > 1:
-            raise _wrong(key, value, "choice", "the kind none has no keys of its own; leave them away")
+            raise _wrong(key, value, "choice", "the kind none has no keys of its own; leave them out")
         return []
     try:
         return [INTERVENTIONS.validated(value)]
@@ -201,10 +201,10 @@ class Description(_Table):
 
 
 def frames_of(minutes: float) -> int:
-    """Frames in that many minutes of robot time: round(900 minutes).
+    """Number of frames in some minutes of robot time: 900 a minute, rounded.
 
     Raises:
-        DescriptionError: negative, not finite, or no number.
+        DescriptionError: the minutes are negative, not finite, or not a number.
     """
     if not isinstance(minutes, Real) or isinstance(minutes, bool) or not 0 <= minutes < math.inf:
         raise DescriptionError(f"Minutes must be finite and at least 0, not {minutes!r}.")
@@ -215,8 +215,8 @@ def validated(table: Mapping[str, Any], source: str) -> Description:
     """A description from plain data.
 
     Args:
-        table: the parsed TOML; instead of a kind's name it may hold a class or function of your own.
-        source: what to call it in an error.
+        table: the parsed TOML. In place of a kind's name it may hold a class or function of your own.
+        source: its name in error messages.
 
     Raises:
         DescriptionError: unknown keys (the valid ones are listed), wrong types or values.
@@ -232,7 +232,7 @@ def _model(model: type[T], table: Mapping[str, Any], source: str) -> T:
 
 
 def read_table(path: str | Path) -> dict[str, Any]:
-    """A description file (TOML) as plain data, without what a run folder writes beside the description.
+    """A description file (TOML) as plain data, without what a run folder adds to the description.
 
     Raises:
         DescriptionError: the file cannot be read, is no TOML, or belongs to a run folder of another format.
@@ -252,7 +252,7 @@ def read_table(path: str | Path) -> dict[str, Any]:
 
 
 def load_description(path: str | Path) -> Description:
-    """Read a description file (TOML). A run folder's experiment.toml is one too.
+    """Read a description file (TOML). The experiment.toml of a run folder is one as well.
 
     With the key `preset` it starts from that preset, and says only what differs (docs/description.md).
 

@@ -1,4 +1,4 @@
-"""What a run has learned, asked of arm postures that it never met, with learning off."""
+"""Tests what a run has learned on arm postures that it has never met, without learning."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ __all__ = ["evaluate"]
 
 
 def evaluate(folder: str | Path, postures: int = 2000, *, anyway: bool = False, **parts: Any) -> dict[str, Any]:
-    """Show the learner of a run uniform arm postures from its babbling range, and see where it looks.
+    """Show the learner of a run uniform arm postures from its babbling range, and test whether it would see the hand.
 
-    The interventions of the phase that the run has reached are in force: what they do to body and learner, and what
-    they make of what is sensed. No command is given, so that what they make of commands does not count. Body and
-    learner stand still: each posture is judged by the geometric eye with the head where the learner says, clipped to
-    the limits.
+    The interventions of the phase that the run has reached are in force: they change body, learner and percepts as in
+    the run. Changes of commands do not count, since no command is given. Neither does the body move, nor the learner
+    learn. For each posture the geometric eye decides whether the hand would be seen with the head where the learner
+    predicts, clipped to the limits.
 
     Args:
         folder: a run folder with a checkpoint.
-        postures: how many to draw, from a random stream that no run uses.
-        anyway: whether to go on although versions or code are others than those that wrote the folder.
-        parts: the parts of your own that the run began with and that cannot be imported, as `Session` takes them.
+        postures: number of postures. They are drawn from a random stream that no run uses.
+        anyway: whether to go on even if versions or code differ from those that wrote the folder.
+        parts: parts of your own that the run began with and that cannot be imported; see `Session`.
 
     Returns:
         `eye`, `damage` (of the phase reached; "none" before the first frame), `postures`, `reachable` (share that any
@@ -38,7 +38,7 @@ def evaluate(folder: str | Path, postures: int = 2000, *, anyway: bool = False, 
         and `p95` between the optical axis and the hand.
 
     Raises:
-        DescriptionError: no run folder, it has no checkpoint, or its body has no model of itself.
+        DescriptionError: the folder is no run folder or has no checkpoint, or the body has no model of itself.
     """
     if postures < 1:
         raise DescriptionError(f"At least one posture is needed, not {postures}.")
@@ -47,8 +47,8 @@ def evaluate(folder: str | Path, postures: int = 2000, *, anyway: bool = False, 
     with _Still(description) as session:
         if not isinstance(session.body, Twin):
             raise DescriptionError(
-                f"The body of {folder} has no model of itself, so that nobody can tell what it would see in postures "
-                "that it has not met."
+                f"The body of {folder} has no model of itself, which evaluate needs to compute what the robot would "
+                "see in other postures."
             )
         source.restore(session, anyway=anyway)
         if not session.done:  # no phase has begun
@@ -59,7 +59,7 @@ def evaluate(folder: str | Path, postures: int = 2000, *, anyway: bool = False, 
 
 
 class _Still(Session):
-    """A session of which no frame is asked, so that it runs where nothing can be drawn, too."""
+    """A session from which no frame is taken, so that it also works where nothing can be drawn."""
 
     def _try_drawing(self) -> None:
         pass

@@ -1,4 +1,4 @@
-"""Pictures of a run: what the robot's camera saw in some of its frames, drawn again from the recorded postures."""
+"""Pictures of a run, drawn anew from the recorded postures: the robot from outside, and what its eye saw."""
 
 from __future__ import annotations
 
@@ -42,15 +42,15 @@ class Photograph:
 def photographs(
     body: Settings | Mapping[str, Any], arms: Sequence[ArrayLike], heads: Sequence[ArrayLike]
 ) -> list[Photograph]:
-    """What the robot sees at these postures.
+    """What the robot's eye sees in some postures.
 
     Args:
-        body: the robot, as a description has it.
+        body: the settings of the body in a description.
         arms: arm postures, each (n_arm,), rad.
         heads: head postures, each (n_head,), rad.
 
     Raises:
-        BodyError: the robot cannot be put into postures at once.
+        BodyError: the robot cannot be put into a posture at once.
     """
     taken = []
     with posed(body) as robot:
@@ -64,13 +64,13 @@ def photographs(
 
 @contextmanager
 def posed(body: Settings | Mapping[str, Any]) -> Iterator[Any]:
-    """The robot without physics, to be put into postures; closed when the context ends.
+    """The robot without physics, to be put into postures. It is closed when the context ends.
 
     Args:
-        body: the robot, as a description has it.
+        body: the settings of the body in a description.
 
     Raises:
-        BodyError: it cannot be put into postures at once.
+        BodyError: it cannot be put into a posture at once.
     """
     settings = BODIES.validated(body)
     if hasattr(settings, "motion"):
@@ -95,8 +95,8 @@ class Still:
     """What one frame of a run looked like.
 
     Attributes:
-        outside: the robot as a camera in the room sees it, RGB, shape (height, width, 3).
-        eye: where the robot's eye is in that picture, (u, v) px; None where the model's own camera took it.
+        outside: the robot from outside, as a camera in the room sees it, RGB, shape (height, width, 3).
+        eye: where the robot's eye is in that picture, (u, v) px; None if the model's own camera took it.
         inside: what the eye sees, RGB, shape (height, width, 3).
         tags: corners of each tag that the detector finds in it, (4, 2) px, by its id.
     """
@@ -108,22 +108,22 @@ class Still:
 
 
 class Replay:
-    """The robot of a run, put into recorded postures again, and injured as it was in each phase.
+    """The robot of a run, put into the recorded postures again, with the damages of each phase.
 
-    Neither physics nor babbler, eye or learner of the run are asked. What interventions do to the body is done again;
-    all else that they do changes no picture. From outside the robot is seen by the model's camera of the name
-    `outside`; where it has none, by one that `surround` puts up.
+    Physics, babbler, eye and learner of the run are not needed. Interventions change the body again; their other
+    effects do not show in pictures. The pictures from outside are taken by the model's camera named `outside`. If it
+    has none, `surround` puts one up.
 
     Args:
-        table: the experiment, as its experiment.toml says it.
+        table: the experiment, as it stands in its experiment.toml.
         size: width and height of the pictures from outside, px.
 
     Attributes:
-        robot: the robot; it is moved.
+        robot: the robot, which this class moves.
 
     Raises:
-        DescriptionError: body or interventions cannot be made from what the table says.
-        BodyError: the robot cannot be put into postures at once, or is no MuJoCo model.
+        DescriptionError: body or interventions cannot be made from the table.
+        BodyError: the robot cannot be put into a posture at once, or is no MuJoCo model.
 
     Example:
         >>> from somatopy import paper
@@ -144,7 +144,7 @@ class Replay:
         self._phase, self._during = -1, ExitStack()
 
     def surround(self, postures: Iterable[tuple[ArrayLike, ArrayLike]]) -> None:
-        """Put up the camera in the room where these postures can be seen; a model with its own camera needs none.
+        """Put a camera into the room from which these postures can be seen. A model with its own camera needs none.
 
         Args:
             postures: of arm, (n_arm,), and head, (n_head,), rad, slides m; at least one.
@@ -200,7 +200,7 @@ class Replay:
             interventions.release()
 
     def close(self) -> None:
-        """Undo injuries, and free what pictures need; a second call does nothing."""
+        """Undo damages, and free what pictures need. A second call does nothing."""
         self._during.close()
         self._closing.close()
 

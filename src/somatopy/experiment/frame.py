@@ -1,4 +1,4 @@
-"""What a session gives out: one frame after the other."""
+"""The frame: what a session yields for each 1/15 s of robot time."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ PARTS = ("physics", "render", "detect", "babble", "damage", "learn")
 
 
 class Frame(NamedTuple):
-    """All that happened in one frame of 1/15 s.
+    """Everything that happened in one frame of 1/15 s.
 
     Attributes:
-        number: frame of the experiment, from 0.
+        number: number of the frame in the experiment, from 0.
         phase: index of its phase.
-        begins: whether the phase begins with it.
-        ends: whether the phase ends with it.
-        reading: what the body sensed at its start.
-        sighting: what the eye found in it, or None on a miss.
-        percept: what reached the learner, after the phase's interventions.
+        begins: whether it is the first frame of the phase.
+        ends: whether it is the last frame of the phase.
+        reading: what the body sensed at the start of the frame.
+        sighting: what the eye found, or None on a miss.
+        percept: what the learner was told, after the phase's interventions.
         target: the arm's target as the babbler gave it, shape (n_arm,), rad.
         gaze: the head's target as the learner gave it, shape (n_head,), rad.
-        clipped: the same as the body took it, after interventions and clipping.
+        clipped: the head's target as the body took it, after interventions and clipping, shape (n_head,), rad.
         probes: values of the columns that eye, learner and interventions declare, by name.
         seconds: wall time of each of `PARTS`.
     """

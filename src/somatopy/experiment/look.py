@@ -1,4 +1,4 @@
-"""Whether, how often and from where a robot can see its hand, before any experiment: asked of its geometric model."""
+"""Finds out before an experiment whether, how often and from where a robot can see its hand, by its geometric model."""
 
 from __future__ import annotations
 
@@ -32,14 +32,15 @@ _SLACK = 1e-3  # of a joint's range, that a confined one keeps from its limits
 
 @dataclass(frozen=True)
 class Outlook:
-    """What could be seen at some arm postures.
+    """What can be seen at some arm postures.
 
     Attributes:
-        rate: share of them at which some head posture sees the hand.
-        fixed_rate: share of them at which the best single head posture sees it.
-        fixed_head: that head posture, shape (n_head,), rad.
-        seen: at how many head postures each is seen, shape (n,).
-        heads: for each the head posture that sees it most robustly, shape (n, n_head), rad; any where none does.
+        rate: share of the arm postures at which some head posture sees the hand.
+        fixed_rate: share of the arm postures at which the best single head posture sees it.
+        fixed_head: this best head posture, shape (n_head,), rad.
+        seen: number of head postures that see the hand, for each arm posture, shape (n,).
+        heads: the head posture that sees the hand most robustly, for each arm posture, shape (n, n_head), rad;
+            arbitrary if none does.
     """
 
     rate: float
@@ -50,7 +51,7 @@ class Outlook:
 
 
 def outlook(vantages: Vantages, arms: Floats) -> Outlook:
-    """What could be seen at some arm postures, shape (n, n_arm), rad.
+    """Find out what can be seen at some arm postures, shape (n, n_arm), rad.
 
     Example:
         >>> from somatopy.bodies import MujocoBody
@@ -73,10 +74,10 @@ def outlook(vantages: Vantages, arms: Floats) -> Outlook:
 
 
 def require_sight(context: Context, eye: object) -> None:
-    """Refuse an experiment in which no head posture sees the hand at any arm posture of its babbling.
+    """Refuse an experiment in which the hand can never be seen while the arm babbles.
 
-    Only bodies with a model of themselves are asked, and only for the eyes that look for the cube of tags. Random
-    numbers come from a stream of their own.
+    This is checked only for bodies with a model of themselves, and only for eyes that look for the cube of tags. The
+    arm postures come from a random stream of their own.
 
     Raises:
         DescriptionError: the hand cannot be seen.
@@ -133,7 +134,8 @@ def _found(body: Modelled, arms: Floats) -> bool:
 def confined(vantages: Vantages) -> Floats | None:
     """A babbling range, shape (n_arm, 2), rad, in which the hand can mostly be seen; None if it never is.
 
-    It surrounds the arm posture whose neighbours are seen most often, and is as wide as four of five postures allow.
+    It surrounds the arm posture whose neighbours are seen most often, and is as wide as possible while four of five
+    postures can be seen.
     """
     arm = vantages.body.arm
     rng, span = np.random.default_rng(0), arm.upper - arm.lower

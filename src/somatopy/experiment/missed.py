@@ -1,4 +1,4 @@
-"""How far a head that misses the hand is from where it would see it."""
+"""Measures how far a head that misses the hand is from the nearest posture that would see it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _MOST = 500
 def miss_distances(
     bodies: Sequence[Modelled], arms: Sequence[Floats], heads: Sequence[Floats], hits: Sequence[Bools]
 ) -> list[float | None]:
-    """`miss_distance` of each phase, over its missed frames or 500 of them, evenly spread.
+    """`miss_distance` of each phase, over its missed frames, or over 500 of them, evenly spread.
 
     Args:
         bodies: the robot in each phase.
@@ -39,10 +39,10 @@ def miss_distances(
 
 
 def miss_distance(vantages: Vantages, arms: Floats, heads: Floats) -> float | None:
-    """From the head to the nearest head posture that sees the hand, in the mean over frames in which there is one.
+    """Mean distance from the head to the nearest head posture that sees the hand, over the frames with such a posture.
 
     Args:
-        vantages: the head postures that may see it; how close together they are is the error of the result.
+        vantages: a grid of head postures. Its spacing limits how exact the result is.
         arms: arm postures in frames without a hit, shape (n, n_arm), rad.
         heads: head postures in the same frames, shape (n, n_head), rad.
 

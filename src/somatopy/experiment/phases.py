@@ -1,4 +1,4 @@
-"""The interventions of a phase, each with its own random numbers, and what they may touch."""
+"""The interventions of a phase, each with its own random numbers and its access to body and learner."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ __all__ = ["PhaseInterventions", "Place"]
 
 
 class _Owner(Protocol):
-    """Whose body and learner are touched: the session."""
+    """The session whose body and learner interventions change."""
 
     body: Body
     learner: Learner
@@ -24,13 +24,13 @@ class _Owner(Protocol):
 
 
 class Place:
-    """An intervention in its place; it is also the `Stage` on which that intervention acts.
+    """An intervention within a session. It is also the `Stage` on which that intervention acts.
 
     Args:
-        session: whose body and learner may be touched.
-        intervention: what is done.
+        session: the session whose body and learner it may change.
+        intervention: the intervention.
         rng: its random numbers.
-        renewed: name of the random stream of a learner that it puts in the place of the one that is there.
+        renewed: name of the random stream for a fresh learner, if the intervention replaces the learner.
     """
 
     def __init__(self, session: _Owner, intervention: Intervention, rng: np.random.Generator, renewed: str) -> None:
@@ -49,12 +49,12 @@ class Place:
         return self._session.learner
 
     def renew_learner(self) -> None:
-        """Put a learner that has learned nothing in the place of the one that is there."""
+        """Replace the learner by a fresh one that has learned nothing."""
         self._session.renew_learner(self._renewed)
 
 
 class PhaseInterventions:
-    """The interventions of one phase, in the order of their application.
+    """The interventions of one phase, in the order in which they apply.
 
     Attributes:
         interventions: see above.
@@ -67,12 +67,12 @@ class PhaseInterventions:
         self.move_arm = any(intervention.moves_arm for intervention in self.interventions)
 
     def begin(self) -> None:
-        """The phase begins."""
+        """Begin the phase."""
         for place in self._places:
             place.intervention.begin(place)
 
     def hold(self) -> None:
-        """The phase has begun, or a run is resumed within it; after an error, what was held is released."""
+        """Let all of them take hold, at the phase's start or where a run is resumed; after an error, release them."""
         with ExitStack() as undo:
             for place in self._places:
                 place.intervention.hold(place)
@@ -80,18 +80,18 @@ class PhaseInterventions:
             undo.pop_all()
 
     def release(self) -> None:
-        """The phase has ended; the last is undone first."""
+        """Release all of them at the end of the phase, the last one first."""
         for place in reversed(self._places):
             place.intervention.release(place)
 
     def sense(self, percept: Percept) -> Percept:
-        """What they make of what is sensed."""
+        """The percept after all of them have changed it."""
         for place in self._places:
             percept = place.intervention.sense(percept, place.rng)
         return percept
 
     def feel(self, percepts: Sequence[Percept]) -> list[Percept]:
-        """What they would make of each of some percepts; afterwards they stand, random numbers too, as before."""
+        """What they would make of each of some percepts. Afterwards they and their random numbers are as before."""
         state = self.state()
         try:
             return [self.sense(percept) for percept in percepts]
@@ -99,7 +99,7 @@ class PhaseInterventions:
             self.restore(state)
 
     def act(self, target: Floats, gaze: Floats) -> tuple[Floats, Floats]:
-        """What they make of what is commanded."""
+        """The commands after all of them have changed them."""
         for place in self._places:
             target, gaze = place.intervention.act(target, gaze, place.rng)
         return target, gaze

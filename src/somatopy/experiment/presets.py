@@ -16,7 +16,8 @@ __all__ = ["CONTROLS", "PRESETS", "best", "paper", "paper_2016", "paper_wide"]
 def paper() -> Description:
     """The experiment of Schillaci, Hafner and Lara 2014, in full.
 
-    197.58 minutes intact, then 106.72 minutes with the arm vector shifted. What the paper leaves open (babbling range
+    The robot babbles for 197.58 minutes intact, then for 106.72 minutes with a shifted sense of its arm. What the paper
+    leaves open (babbling range
     and speed, head speed, how fast and how elastically the maps learn) was calibrated, and is rounded to two digits:
     docs/calibration.md says how, and what it was fitted to.
     """
@@ -30,10 +31,10 @@ def paper() -> Description:
 
 
 def paper_wide() -> Description:
-    """The same with a wide babbling range, fast joints, and maps that hardly stretch.
+    """The paper's experiment with a wide babbling range, fast joints, and maps that hardly stretch.
 
-    The settings of the preset `paper` before they were calibrated: a rough trial with a hand that nothing hides came
-    nearest to the paper's levels with them.
+    These were the settings of the preset `paper` before its calibration. They came nearest to the paper's levels in a
+    rough trial in which nothing could hide the hand.
     """
     return Description(
         name="paper-wide",
@@ -48,10 +49,11 @@ def paper_wide() -> Description:
 
 
 def paper_2016() -> Description:
-    """The same with the maps and links of the library that the paper's first author published in 2016.
+    """The paper's experiment with the maps and links of the library that its first author published in 2016.
 
-    That library moves codes by raw distances in lattice cells (DSOM's preset `schillaci2016`), is given radians, takes
-    1 / (1 + 2 tanh d) for the activation, divides each row of links by its sum, and knows no centring.
+    That library moves codes by raw distances in lattice cells (DSOM's preset `schillaci2016`) and works on radians. Its
+    activation is 1 / (1 + 2 tanh d). It divides each row of links by its sum, and all hits count alike, wherever in the
+    picture the hand is.
     """
     table = {"kind": "dsom", "shape": (30, 30), "learning_rate": 0.2, "elasticity": 1.5, "preset": "schillaci2016"}
     return paper().replaced(
@@ -68,69 +70,69 @@ def paper_2016() -> Description:
 
 
 def best() -> Description:
-    """The best learner in the wide range: an hour intact, then half an hour with the paper's damage."""
+    """The best learner in the wide range, for an hour intact, then for half an hour with the paper's damage."""
     intact, damaged = paper_wide().phases
     phases = [intact.replaced(frames=54_000), damaged.replaced(frames=27_000)]
     return paper_wide().replaced(name="best", learner=LEARNERS.validated("best"), phases=phases)
 
 
 def random(described: Description) -> Description:
-    """Uniform random head postures: what ignorance scores."""
+    """A control that moves the head at random: what a robot without knowledge reaches."""
     return _instead(described, "random")
 
 
 def fixed(described: Description) -> Description:
-    """The single head posture that sees the hand most often while babbling."""
+    """A control that never moves the head, and holds the posture that sees the hand most often while babbling."""
     return _instead(described, "fixed")
 
 
 def nearest(described: Description) -> Description:
-    """The nearest remembered hit: experience without a map."""
+    """A control without maps: it looks where it looked at the nearest hit that it remembers."""
     return _instead(described, "nearest")
 
 
 def delta(described: Description) -> Description:
-    """The paper's two maps with the delta rule on their links: a miss teaches as much as a hit."""
+    """The paper's learner with the delta rule on its links, which also learns from misses."""
     learner = described.learner if isinstance(described.learner, Hebbian) else Hebbian()
     taught = learner.replaced(rule=RULES.validated("delta"), link_rate=0.3, centring="none")
     return described.replaced(learner=taught)
 
 
 def frozen(described: Description) -> Description:
-    """Maps that never learn; links do."""
+    """The paper's learner with maps that never learn, while the links do."""
     return described.replaced(phases=[phase.replaced(plastic=("links",)) for phase in described.phases])
 
 
 def sampled(described: Description) -> Description:
-    """An arm map drawn from 30 minutes of other babbling, and frozen; links learn."""
+    """The paper's learner with a frozen arm map, drawn from 30 minutes of other babbling. The links learn."""
     learner = described.learner if isinstance(described.learner, Hebbian) else Hebbian()
     return frozen(described.replaced(learner=learner.replaced(arm_codes="sampled")))
 
 
 def shuffled(described: Description) -> Description:
-    """After the first phase the rows of the links change places, and nothing learns for three windows."""
+    """The paper's learner, whose links are shuffled after the first phase. Then nothing learns for three windows."""
     after = Phase.model_validate({"name": "shuffled", "frames": 3 * WINDOW, "plastic": (), "start": "shuffled"})
     return described.replaced(phases=[described.phases[0], after])
 
 
 def scratch(described: Description) -> Description:
-    """A learner that begins anew with each phase after the first."""
+    """The paper's learner, which starts anew with each phase after the first."""
     later = [phase.replaced(start="afresh") for phase in described.phases[1:]]
     return described.replaced(phases=[described.phases[0], *later])
 
 
 def stopped(described: Description) -> Description:
-    """Nothing learns after the first phase."""
+    """The paper's learner, in which nothing learns after the first phase."""
     return _plastic_after(described, ())
 
 
 def links_only(described: Description) -> Description:
-    """Only links learn after the first phase."""
+    """The paper's learner, in which only the links learn after the first phase."""
     return _plastic_after(described, ("links",))
 
 
 def maps_only(described: Description) -> Description:
-    """Only maps learn after the first phase."""
+    """The paper's learner, in which only the maps learn after the first phase."""
     return _plastic_after(described, ("arm_map", "head_map"))
 
 

@@ -1,4 +1,4 @@
-"""How far a run is: a bar with frames per second, time left and the live hit rate. A sink that looks on."""
+"""The progress bar of a run, with frames per second, time left and the present hit rate."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ _WIDE = 100
 
 
 class ProgressBar:
-    """A bar on standard error, which is there for as long as the context lasts.
+    """A progress bar on standard error, shown while the context lasts.
 
     Args:
-        session: what runs.
+        session: the session that runs.
     """
 
     def __init__(self, session: Session) -> None:

@@ -1,4 +1,4 @@
-"""An anatomy for a model that has none: proposed by its shape, then tried and narrowed to where the hand is seen."""
+"""Proposes an anatomy for a model without one, and narrows its babbling range to where the hand can be seen."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ class Proposed:
     """An anatomy that was proposed.
 
     Attributes:
-        proposal: what it says.
-        text: the file.
-        anatomy: the same, read.
+        proposal: its content.
+        text: the text of its file.
+        anatomy: the anatomy, read from that text.
     """
 
     proposal: Proposal
@@ -42,10 +42,10 @@ def proposed(path: str | Path) -> Proposed:
     """The anatomy that suits an MJCF or URDF file, with a babbling range in which the hand can mostly be seen.
 
     Args:
-        path: the model; the text names it as it is written here.
+        path: the model. The text of the anatomy names it as it is written here.
 
     Raises:
-        BodyError: the model cannot be read, or nothing of it could be an arm.
+        BodyError: the model cannot be read, or has nothing that could be an arm.
     """
     model = read_model(path)
     found = survey(model)

@@ -1,4 +1,4 @@
-"""By what a run was written: versions, code, commit, machine. What another version or code would go on with differs."""
+"""Records by which versions, code, commit and machine a run was written, and finds differences."""
 
 from __future__ import annotations
 
@@ -42,11 +42,11 @@ def _version(name: str) -> str:
 
 
 def written_by(parts: Iterable[object]) -> dict[str, str]:
-    """Code, commit (if there is one), Python and platform.
+    """A table of code, commit (if there is one), Python and platform.
 
     Args:
-        parts: the parts of the experiment and their settings; each module of theirs that is not somatopy's has a digest
-            of its own, under `OWN_CODE` and its name.
+        parts: the parts of the experiment and their settings. Each of their modules that is not somatopy's gets a
+            digest of its own, under `OWN_CODE` and its name.
     """
     commit = _commit()
     own = {type(part).__module__: file for part in parts if (file := _file_of(part)) is not None}
@@ -60,7 +60,7 @@ def written_by(parts: Iterable[object]) -> dict[str, str]:
 
 
 def code_of(parts: Iterable[object]) -> str:
-    """A digest of all code that frames depend on; docstrings and comments do not count.
+    """A digest of all code that the frames depend on. Docstrings and comments do not count.
 
     Args:
         parts: the parts of the experiment.

@@ -1,4 +1,4 @@
-"""Frames as they are recorded: a sink that writes them into frames/, in parts of one window."""
+"""Records frames: a sink that writes them into the folder frames/, in parts of one window each."""
 
 from __future__ import annotations
 
@@ -28,17 +28,17 @@ _SMALL = {"phase": (pa.int16(), np.int16), "tag": (pa.int16(), np.int16)}
 
 
 class Recorder:
-    """Collects one row a frame and writes them in parts of `PART_FRAMES`, each whole or not at all.
+    """Collects one row for each frame, and writes them in parts of `PART_FRAMES`, each whole or not at all.
 
-    A killed run loses the part in memory at most; `close` writes what there is.
+    A run that is killed loses at most the part in memory. `close` writes the part in memory.
 
     Args:
-        folder: the folder for the parts; it is made if it is not there.
-        session: whose frames are recorded; it names the columns.
+        folder: the folder for the parts. It is made if it does not exist.
+        session: the session whose frames are recorded, and which names the columns.
 
     Attributes:
-        frames: frames taken down so far.
-        parts: parts written so far.
+        frames: number of frames recorded so far.
+        parts: number of parts written so far.
     """
 
     def __init__(self, folder: Path, session: Session) -> None:
@@ -75,7 +75,7 @@ class Recorder:
             for name, column in self._probes:
                 column[row] = frame.probes[name]
         except KeyError as error:
-            raise ValueError(f"The column {error} is declared, but no probes() tells its value.") from error
+            raise ValueError(f"The column {error} is declared, but no probes() gives its value.") from error
         self._row += 1
         self.frames += 1
         if self._row == PART_FRAMES:
@@ -87,7 +87,7 @@ class Recorder:
         return {"parts": self.parts, "frames": self.frames, "row": self._row, "rows": rows}
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Continue from `state`; parts that were written after it, and what a crash left aside, are deleted."""
+        """Continue from `state`. Parts that were written later, and unfinished files of a crash, are deleted."""
         self.parts, self.frames, self._row = int(state["parts"]), int(state["frames"]), int(state["row"])
         for name, rows in state["rows"].items():
             self._columns[name][: self._row] = rows

@@ -1,12 +1,13 @@
-"""What was possible without the information that a damage takes away: a gaze that knows the robot, but not the arm.
+"""What can be reached without the information that a damage takes away, by a perfect observer without memory.
 
-The ceiling asks whether any head posture sees the hand. That is too much to ask where a joint is dead or its encoder
-noisy: nobody can know where the hand is then. The reference is an oracle without memory. It knows the robot, and which
-arm postures babbling may have led to, and looks where the hand is seen in most of those that feel the same:
+The ceiling asks whether any head posture sees the hand. Where a joint is dead or its encoder noisy, no learner can know
+the true posture, so that the ceiling is out of reach. The reference is what an observer without memory reaches. It
+knows the robot, and the arm postures to which babbling may have led. Of these it considers those that feel like the
+present one, and looks where the hand is seen in most of them:
 
     g(s) = argmax_g P(g sees the hand | s),  rate = E_s P(g(s) sees the hand | s),
 
-s being what is felt of the arm. A learner may come above it, by memory or by the efference copy of the command.
+where s is what is felt of the arm. A learner can do better if it uses memory, or the efference copy of the command.
 """
 
 from __future__ import annotations
@@ -36,15 +37,15 @@ class Sees(Protocol):
 
 
 def memoryless(vantages: Sees, arms: ArrayLike, alike: Alike) -> NDArray[np.bool_]:
-    """Whether the oracle sees the hand: the reference is the mean.
+    """Whether the observer sees the hand, for each arm posture. The reference is the mean.
 
-    The gaze is chosen by postures that feel alike, not by the true one, which alone decides whether it hits. So few of
-    them make the estimate too low, never too high.
+    The gaze is chosen by postures that feel alike, and judged by the true posture. If there are few of them, the
+    estimate is too low, but never too high.
 
     Args:
         vantages: the head postures to choose from.
         arms: true arm postures, shape (n, n_arm), rad.
-        alike: gives postures that feel as a true one does; `unfelt` and `blurred` make such functions.
+        alike: function that returns postures which feel like a true one. `unfelt` and `blurred` make such functions.
 
     Returns:
         Shape (n,).
@@ -64,15 +65,15 @@ def memoryless(vantages: Sees, arms: ArrayLike, alike: Alike) -> NDArray[np.bool
 
 
 def unfelt(joints: Sequence[int], babbled: ArrayLike, count: int = _COUNT) -> Alike:
-    """Postures that feel alike where joints are dead: others have the angles that babbling has there.
+    """Makes a function that gives the postures which feel alike if joints are dead.
 
-    What is felt stays as it is. The dead joints' angles are those of the `count` babbled postures that are nearest in
-    what is felt, each joint measured by its spread.
+    The angles of the other joints stay as they are. Those of the dead joints are taken from the `count` babbled
+    postures that are nearest in the other joints, each joint measured by its spread.
 
     Args:
-        joints: places of the dead joints in the arm's vector.
+        joints: indices of the dead joints in the arm's vector.
         babbled: arm postures from babbling, shape (m, n_arm), rad.
-        count: how many postures to give.
+        count: number of postures to give.
 
     Example:
         >>> alike = unfelt([1], [[0.0, 1.0], [0.1, 2.0], [5.0, 9.0]], count=2)
@@ -95,15 +96,16 @@ def unfelt(joints: Sequence[int], babbled: ArrayLike, count: int = _COUNT) -> Al
 
 
 def blurred(deviation: ArrayLike, babbled: ArrayLike, rng: np.random.Generator, count: int = _COUNT) -> Alike:
-    """Postures that feel alike where the encoders are noisy: what may have been felt, less what noise may have added.
+    """Makes a function that gives the postures which feel alike if the encoders are noisy.
 
-    Of these the ones beyond what was babbled are left out; all of them being beyond, what is felt counts, taken inside.
+    Such a posture is a posture that may have been felt, minus noise that may have been added. Postures outside of the
+    babbled range are left out. If all are outside, the felt posture is used, moved into the range.
 
     Args:
         deviation: standard deviation of the noise, shape (n_arm,), or one for all, rad.
         babbled: arm postures from babbling, shape (m, n_arm), rad.
         rng: random numbers for the noise.
-        count: how many postures to draw.
+        count: number of postures to draw.
 
     Example:
         >>> alike = blurred(0.0, [[0.0, 1.0], [1.0, 2.0]], np.random.default_rng(0), count=2)

@@ -1,4 +1,4 @@
-"""The run folder: description, frames, maps, checkpoints and cost of a session. It looks on and runs nothing."""
+"""The run folder, which records the description, frames, maps, checkpoints and cost of a session."""
 
 from __future__ import annotations
 
@@ -50,12 +50,12 @@ _FIRST = (DESCRIPTION, CHECKPOINT, "cost.json", "frames", ".lock")
 
 
 def write_json(path: Path, table: Mapping[str, Any]) -> None:
-    """Write a table as JSON, whole or not at all; NaN is refused."""
+    """Write a table as JSON, whole or not at all. NaN is refused."""
     write_whole(path, json.dumps(table, indent=2, allow_nan=False) + "\n")
 
 
 class RunFolder:
-    """A folder that holds all that an experiment knew and did, and from which it can go on.
+    """A folder that records an experiment, and from which the experiment can continue.
 
     Args:
         path: the folder.
@@ -84,10 +84,10 @@ class RunFolder:
 
     @classmethod
     def new(cls, out: str | Path | None, description: Description) -> Self:
-        """An empty folder: `out`, or runs/<time>_<name>_seed<k> if None, with a number behind it if there is one.
+        """An empty folder: `out`, or runs/<time>_<name>_seed<k> if None, with a number appended if that one exists.
 
         Raises:
-            DescriptionError: it exists and is no empty folder, or cannot be written.
+            DescriptionError: it exists and is not an empty folder, or it cannot be written.
         """
         if out is not None:
             folder = cls(out)
@@ -108,14 +108,15 @@ class RunFolder:
     # -- reading -------------------------------------------------------------------------------------------------------
 
     def description(self, *, forked: bool = False, **parts: Any) -> Description:
-        """The description that the folder holds, with the parts that the run was handed over.
+        """The description in the folder, together with the parts that were given to the run in Python.
 
         Args:
-            forked: whether interventions may be among the parts that only a fork of the run has.
-            parts: `body`, `eye`, `babbler`, `learner`, `interventions`, as `Session` takes them.
+            forked: whether the parts may include interventions that only a fork of the run has.
+            parts: parts by the names `body`, `eye`, `babbler`, `learner` and `interventions`; see `Session`.
 
         Raises:
-            DescriptionError: no run folder, or a part that cannot be imported is not handed over, or is another one.
+            DescriptionError: the folder is no run folder, or a part that cannot be imported is missing or is another
+                one.
         """
         path = self.path / DESCRIPTION
         given = {name: part for name, part in parts.items() if part is not None}
@@ -127,32 +128,32 @@ class RunFolder:
         """A checkpoint.
 
         Raises:
-            DescriptionError: there is none, or it cannot be read.
+            DescriptionError: there is no such checkpoint, or it cannot be read.
         """
         if not (self.path / name).exists():
             raise DescriptionError(
-                f"{self.path} has no {name}, so that nobody can go on from it; nothing was changed. Restore that file "
-                "from a copy, or run the experiment again into another folder. A run whose body has no state() and "
-                "restore() never has one: it cannot be resumed."
+                f"{self.path} has no {name}, so that the run cannot be continued; nothing was changed. Restore that "
+                "file from a copy, or run the experiment again into another folder. A run whose body has no state() "
+                "and restore() never has one: it cannot be resumed."
             )
         return read_checkpoint(self.path / name)
 
     def restore(
         self, session: Session, name: str = CHECKPOINT, *, anyway: bool = False, forked: bool = False
     ) -> dict[str, Any]:
-        """Let a session of the folder's description stand where a checkpoint was written.
+        """Put a session of the folder's description into the state of a checkpoint.
 
         Args:
             session: made from `description`.
-            name: the checkpoint.
-            forked: whether the session's description may be another from that moment on.
-            anyway: whether to go on although versions or code are others than those that wrote it.
+            name: name of the checkpoint.
+            forked: whether the session's description may differ after that moment.
+            anyway: whether to go on even if versions or code differ from those that wrote the folder.
 
         Returns:
             The checkpoint, to be given to `recording`.
 
         Raises:
-            DescriptionError: the description is not the checkpoint's, versions or code are others, or it is broken.
+            DescriptionError: the checkpoint is broken or belongs to another description, or versions or code differ.
         """
         found = self.checkpoint(name)
         try:
@@ -192,20 +193,20 @@ class RunFolder:
 
     @contextmanager
     def recording(self, session: Session, since: dict[str, Any] | None = None, *, maps: bool = True) -> Iterator[None]:
-        """Record the frames of a session for as long as the context lasts.
+        """Record the frames of a session while the context lasts.
 
-        A checkpoint is written at the start, every `CHECKPOINT_S` seconds, with every part, at the end of each phase
-        and at the end, however that comes, unless a frame was broken off. If nothing was recorded when an error comes,
-        the folder is left as empty as it was.
+        A checkpoint is written at the start, every `CHECKPOINT_S` seconds, with every part of the record, at the end of
+        each phase, and at the end of the context, also after an error, unless a frame was broken off. If an error comes
+        before anything was recorded, the folder is left empty.
 
         Args:
-            session: whose frames are recorded.
-            since: the checkpoint from which the session goes on, as `restore` gave it.
-            maps: whether what was learned is kept at the end of each window.
+            session: the session whose frames are recorded.
+            since: the checkpoint from which the session continues, as `restore` returned it.
+            maps: whether the learned maps are stored at the end of each window.
 
         Raises:
-            DescriptionError: another process runs in this folder or went on since the checkpoint, or the folder holds
-                a run and no checkpoint is given.
+            DescriptionError: another process is running in this folder or has continued the run since the checkpoint,
+                or the folder holds a run and no checkpoint is given.
         """
         with self.locked(), self._emptied_if_nothing_ran(session, since):
             self._check_newest(since)
@@ -228,20 +229,20 @@ class RunFolder:
             )
 
     def begin(self, session: Session) -> None:
-        """Write the description, resolved, with versions, what to cite, and what interventions remark on."""
+        """Write the complete description, with versions, what to cite, and remarks of interventions."""
         table = {"format": FORMAT, **_without_none(_plain(session.description)), **_author_tables(session)}
         remarks = {"remarks": session.remarks} if session.remarks else {}
         write_whole(self.path / DESCRIPTION, tomli_w.dumps(table | remarks | {"cite": list(CITE)}))
 
     def append(self, session: Session) -> None:
-        """Say in the description who goes on with the run, beside who began it, if it is another."""
+        """Add to the description by what the run is continued, if that differs from what began it."""
         text = (self.path / DESCRIPTION).read_text(encoding="utf-8")
         entry = {"resumed": [{"frame": session.done, **_author_tables(session)}]}
         write_whole(self.path / DESCRIPTION, f"{text.rstrip()}\n\n{tomli_w.dumps(entry)}")
 
     @contextmanager
     def locked(self) -> Iterator[None]:
-        """Hold the folder for this process; the lock goes with the process, however it ends."""
+        """Lock the folder for this process. The lock ends with the process, however that ends."""
         with (self.path / ".lock").open("w") as file:
             try:
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)

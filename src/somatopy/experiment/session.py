@@ -1,4 +1,4 @@
-"""The simulation apart from any file: one frame after the other, always in the same order."""
+"""The session, which runs an experiment frame by frame and writes no files."""
 
 from __future__ import annotations
 
@@ -31,16 +31,16 @@ _SILENT: dict[str, float] = {"float": float("nan"), "int": -1, "bool": False}
 
 
 class Session:
-    """Robot, eye, babbler, learner and interventions of a description, ready to run; it writes nothing.
+    """An experiment that is ready to run, with its robot, eye, babbler, learner and interventions. It writes no files.
 
-    Iterating it gives one `Frame` after the other, each after the body has advanced, until all phases have ended.
-    Between two frames `state()` is whole. Building it finds all that is wrong with a description, before anything
-    runs. Whoever iterates it decides when to stop; sinks look on.
+    Iterate over a session to run it. It yields one `Frame` after the other until all phases have ended, each after the
+    body has moved. You may stop at any frame, and take a `state()` between two frames. Faults of a description are
+    found when the session is made, before anything runs. Sinks that you attach are called with each frame.
 
-    Each part may be handed over instead of the description's: as a class or a function that makes it, body, eye and
-    babbler also as they are. What they are made from: a body from nothing, an eye from the body, a babbler from the
-    arm's joints, its start posture (n_arm,) rad and a generator, a learner from a `Robot` and a generator, an
-    intervention from nothing.
+    You may give parts of your own in place of the description's, as a class or a function that makes the part. A body,
+    an eye or a babbler may also be a finished object. The class or function gets these arguments: for an eye, the body;
+    for a babbler, the arm's joints, its start posture (n_arm,) rad and a generator; for a learner, a `Robot` and a
+    generator; for a body or an intervention, none.
 
     Args:
         description: what to run.
@@ -48,17 +48,18 @@ class Session:
         eye: an eye of your own.
         babbler: a babbler of your own.
         learner: a learner of your own.
-        interventions: interventions of your own by the name of their phase, after those of the description.
+        interventions: interventions of your own, as lists by the name of their phase. They follow those of the
+            description.
 
     Attributes:
-        description: the same, naming the parts that were handed over.
+        description: the description, with the parts that were given in place of its own.
         body: the robot.
         eye: what finds the marker.
         babbler: what moves the arm.
         learner: what moves the head.
-        done: frames so far.
-        hits: frames so far in which the marker was detected.
-        seconds: wall time by part of the frame, of all frames so far.
+        done: number of frames so far.
+        hits: number of frames so far in which the marker was detected.
+        seconds: wall time of all frames so far, by part of the frame.
 
     Raises:
         DescriptionError: the description, or a part, does not fit the robot or its contract.
@@ -210,12 +211,12 @@ class Session:
 
     @property
     def phase(self) -> int:
-        """Index of the phase of the next frame; at the end, of the last one."""
+        """Index of the phase to which the next frame belongs; after the last frame, of the last phase."""
         return self._phase_of(min(self.done, max(self._starts[-1] - 1, 0)))
 
     @property
     def reached(self) -> int:
-        """Index of the phase of the last frame; before the first frame, of that one."""
+        """Index of the phase to which the last frame belongs; before the first frame, of the first phase."""
         return self._phase_of(max(self.done - 1, 0))
 
     def _phase_of(self, frame: int) -> int:
@@ -223,7 +224,7 @@ class Session:
 
     @property
     def ends(self) -> list[int]:
-        """The frame after the last one of each phase."""
+        """For each phase, the number of the frame after its last one."""
         return list(self._starts[1:])
 
     def _probes(self, parts: PhaseInterventions) -> dict[str, float]:
@@ -237,25 +238,25 @@ class Session:
     # -- looking on, stopping, going on --------------------------------------------------------------------------------
 
     def attach(self, sink: Sink, pictures: bool = False) -> None:
-        """Show a sink every frame from now on, after the body has advanced and before the frame is given out.
+        """Call a sink with every frame from now on, after the body has moved and before the frame is yielded.
 
         Args:
-            sink: called with each frame; what it returns is ignored.
-            pictures: whether it asks for the frame's picture, `frame.reading.image()`. It is then drawn in time.
+            sink: function that is called with each frame. Its result is ignored.
+            pictures: whether the sink needs the frame's picture, `frame.reading.image()`, which is then drawn in time.
         """
         self._sinks.append(sink)
         if pictures:
             self._drawn_for.append(sink)
 
     def detach(self, sink: Sink) -> None:
-        """Show a sink no frame any more."""
+        """Stop calling a sink."""
         self._sinks.remove(sink)
         if sink in self._drawn_for:
             self._drawn_for.remove(sink)
 
     @property
     def whole(self) -> bool:
-        """Whether `state` can be taken: always between two frames, and never after one was broken off."""
+        """Whether `state` can be taken. It can between any two frames, unless a frame was broken off."""
         return self._whole
 
     @property
@@ -265,7 +266,7 @@ class Session:
 
     @property
     def remarks(self) -> list[str]:
-        """What interventions have to say before the first frame: their `remark`, where they have one, each once."""
+        """The remarks of all interventions that have one, each once. A run prints them before its first frame."""
         said = (getattr(intervention, "remark", "") for intervention in chain.from_iterable(self.interventions))
         return list(dict.fromkeys(filter(None, said)))
 
@@ -281,7 +282,7 @@ class Session:
         self.close()
 
     def close(self) -> None:
-        """Undo what interventions hold, and release what the body holds; a second call does nothing."""
+        """Undo the changes of interventions, and close the body. A second call does nothing."""
         try:
             self._let_go()
         finally:
@@ -289,10 +290,10 @@ class Session:
 
     @contextmanager
     def holding(self, phase: int) -> Iterator[None]:
-        """For as long as the context lasts, the interventions of a phase hold body and learner as in its frames.
+        """Put the interventions of a phase into force while the context lasts.
 
         Args:
-            phase: its index; the phase under way may be another one, which takes hold again afterwards.
+            phase: index of the phase. If another one is under way, its interventions are in force again afterwards.
         """
         before = self._held
         if phase == before:
@@ -314,13 +315,13 @@ class Session:
             self._held = None
 
     def sense(self, percept: Percept) -> Percept:
-        """What the interventions that hold now make of a percept."""
+        """A percept as the interventions in force change it."""
         return percept if self._held is None else self._phases[self._held].sense(percept)
 
     def feel(self, arms: Floats) -> Floats:
-        """What the learner would perceive of arm postures, (k, n_arm) rad, in the phase of the last frame.
+        """What the learner would feel of arm postures, (k, n_arm) rad, in the phase of the last frame.
 
-        As at the time of that frame, and with the head as it is; nothing is drawn or changed.
+        Time and head posture are those of that frame. Nothing is changed, and no random numbers are used up.
         """
         now, phase = self._reading, self._phases[self.reached]
         percepts = [Percept(now.time, arm, now.head, arm, now.head_command) for arm in arms]
@@ -328,7 +329,7 @@ class Session:
 
     @property
     def resumable(self) -> bool:
-        """Whether `state` and `restore` are possible: the body decides."""
+        """Whether `state` and `restore` are possible, which depends on the body."""
         return isinstance(self.body, Resumable)
 
     def state(self) -> dict[str, Any]:
@@ -348,7 +349,7 @@ class Session:
         }
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Stand where a `state()` of the same description stood, with what interventions held there.
+        """Return to a `state()` of the same description, with its interventions in force.
 
         Raises:
             DescriptionError: the body cannot be resumed.
@@ -380,17 +381,17 @@ class Session:
     # -- one arm movement for all runs of a seed -----------------------------------------------------------------------
 
     def share_arm(self, compute: bool = False) -> bool:
-        """Let the arm's physics be taken from the user's cache, where this seed's movement is kept.
+        """Take the arm's movement from the user's cache, if the movement of this seed is stored there.
 
-        Babbling looks at nothing but the clock, so that runs with other learners have the same movement. No bit of any
-        frame changes. It ends where an intervention changes the body or the arm's target.
+        Babbling goes by the clock alone, so that runs with other learners have the same movement. This changes no bit
+        of any frame. It ends when an intervention changes the body or the arm's target.
 
         Args:
-            compute: whether to compute and keep the movement if it is not kept yet.
+            compute: whether to compute and store the movement if it is not in the cache.
 
         Returns:
-            Whether it is used: the body must be one whose arm moves alone, by physics, and no intervention that may
-            change how it moves has begun.
+            Whether a stored movement is used. This needs a body whose arm moves by physics and independently of the
+            head, and no intervention may have begun that can change the arm's movement.
         """
         body, babbling = self.body, self.description.babbling
         if not isinstance(body, SharesArm):
@@ -420,10 +421,10 @@ class Session:
         return self._build("learner", Learner, self.description.learner, name)
 
     def renew_learner(self, name: str) -> None:
-        """Put a learner that has learned nothing in the place of the one that is there.
+        """Replace the learner by a fresh one that has learned nothing.
 
         Args:
-            name: of the random stream that it draws from.
+            name: name of the random stream for the fresh learner.
         """
         self.learner = self._build_learner(name)
 

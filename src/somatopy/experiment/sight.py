@@ -1,7 +1,7 @@
-"""What could be seen, frame by frame and gaze by gaze: sight.npz of a run folder.
+"""Records from which gazes the hand could be seen: the file sight.npz of a run folder.
 
-The ceiling says how often the hand can be seen at all. Here stands, for stretches of consecutive frames, from how many
-gazes it can be seen, and for the arm postures of belief.npz, from which ones.
+The ceiling says how often the hand can be seen at all. This file says in addition from how many gazes it can be seen,
+for stretches of consecutive frames, and from which ones, for the arm postures of belief.npz.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ def write_sight(folder: Path, bodies: Sequence[Modelled], arms_by_phase: Sequenc
 
 
 def stretches(frames: int) -> list[Ints]:
-    """Consecutive frames of a phase: ten stretches of 20 seconds, evenly spread, or all of a phase that is short.
+    """Ten stretches of 20 seconds in a phase, evenly spread; or the whole phase if it is no longer than that.
 
     Example:
         >>> [(int(part[0]), int(part[-1])) for part in stretches(10_000)][:2], len(stretches(10_000))
@@ -78,7 +78,7 @@ def stretches(frames: int) -> list[Ints]:
 
 
 def counted(vantages: Vantages, arms: Floats) -> Ints:
-    """From how many of the head postures the hand is seen at each arm posture, shape (n,).
+    """Number of head postures that see the hand, for each arm posture, shape (n,).
 
     Args:
         vantages: the head postures.

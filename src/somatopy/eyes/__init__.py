@@ -1,4 +1,4 @@
-"""Eyes: the Eye contract, the detector of fiducial markers, and a geometric model of it."""
+"""Eyes: the detector of fiducial markers, a geometric model of it, and a check for eyes of your own."""
 
 from somatopy.contract import Eye
 from somatopy.eyes.check import check_eye

@@ -1,4 +1,4 @@
-"""The laws of eyes, tried on any implementation."""
+"""A check that any eye keeps its contract."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ Look = tuple[Reading, Sighting | None]
 
 
 def check_eye(make: Callable[[], Eye], readings: Iterable[Reading]) -> None:
-    """Check that an eye keeps its contract on some readings, and that its own columns are recorded if it has any.
+    """Check that an eye keeps its contract on some readings, and that its columns, if any, can be recorded.
 
     Args:
-        make: a fresh eye.
-        readings: a body's; the marker must be seen in some and not in others. They are looked at one by one, so that
-            a generator that steps the body may give them; the pictures that the eye asks for are kept.
+        make: makes a fresh eye.
+        readings: readings of a body, some with the marker in view and some without. A generator that steps the body
+            will do, since they are used one by one. Pictures that the eye asks for are kept.
 
     Raises:
         ContractError: it breaks a law; the message says which, what was seen and how to fix it.

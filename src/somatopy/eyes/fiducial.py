@@ -1,4 +1,4 @@
-"""The real eye: OpenCV's ArUco detector on the camera's picture."""
+"""The fiducial eye: OpenCV's ArUco detector, applied to the camera's picture."""
 
 from __future__ import annotations
 
@@ -18,16 +18,17 @@ __all__ = ["Fiducial", "FiducialEye"]
 
 
 class FiducialEye:
-    """Finds the cube of ArUco tags in a picture, and in it the hand's centre.
+    """Finds the cube of ArUco tags in a picture, and the pixel of the hand's centre.
 
-    Of several tags the largest counts. The hand's centre lies half a cube's edge behind that tag; its pixel comes
+    If several tags are found, the largest one counts. The hand's centre lies half a cube's edge behind that tag; its
+    pixel comes
     from the tag's pose (infinitesimal plane-based pose estimation, Collins and Bartoli, IJCV 2014).
 
     Args:
         camera: size and intrinsics of the pictures.
-        marker: sizes, ids and dictionary of the tags; the dictionary is cut down to these ids.
-        skip: whether to spare what of a picture can show no tag, all of it or what is around the cube, where the body
-            knows its true poses. `frustum.part_with_tags` is cautious; docs/eyes.md says how this was measured.
+        marker: sizes, ids and dictionary of the tags. Only these ids of the dictionary are looked for.
+        skip: whether to save time by not drawing and searching pictures, or parts of pictures, that can show no tag.
+            This needs a body that knows its true poses. docs/eyes.md says how it was tested.
 
     Example:
         >>> dictionary = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50)
@@ -74,7 +75,7 @@ class FiducialEye:
             if part[2] == 0:
                 return None
         if reading.image is None:
-            raise ValueError("This body takes no pictures; the fiducial eye needs some. Use another eye.")
+            raise ValueError("This body takes no pictures, which the fiducial eye needs. Use another eye.")
         tags = self.detect(self._taken(reading.image, part), part)
         if not tags:
             return None
@@ -92,13 +93,14 @@ class FiducialEye:
         return whole[top:bottom, left:right]
 
     def detect(self, image: Image, part: Part | None = None) -> dict[int, Floats]:
-        """Corners, (4, 2) px, of each tag in an RGB picture, top left first and clockwise, by tag id.
+        """Corners of each tag in an RGB picture, (4, 2) px, clockwise from the top left, by tag id.
 
         Args:
             image: a whole picture, or a part of one.
-            part: which part it is; the corners are those in the whole. The detector fits lines to outlines in single
-                precision, so that digits depend on where they are. The part is therefore searched where it stands: its
-                first row and column are repeated to the picture's edges.
+            part: place of the part in the whole picture; corners count in the whole. The detector fits lines to
+                outlines in single precision, so that its last digits depend on the place. The part is therefore
+                searched at its place in the whole picture: its first row and column are repeated to the picture's
+                edges.
         """
         left, top, *_ = part or self._whole
         grey = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)

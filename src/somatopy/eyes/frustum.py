@@ -1,4 +1,4 @@
-"""Where in a picture a tag can be read, from the true poses: what is outside need be neither drawn nor searched."""
+"""Computes from the true poses in which part of a picture a tag can be read. Only that part must be drawn."""
 
 from __future__ import annotations
 
@@ -35,9 +35,9 @@ def optics(camera: Camera, marker: Marker) -> tuple[Floats, Floats]:
 
 @jit
 def may_be_seen(camera: Floats, marker: Floats, lens: Floats, cube: Floats) -> bool:
-    """False only if no picture from here can show a whole tag, whatever stands in between.
+    """Whether a picture could show a whole tag. False only if it cannot, whatever stands in between.
 
-    That is: `part_with_tags`, which takes the same, is empty.
+    It is False if `part_with_tags`, which takes the same arguments, is empty.
 
     Example:
         >>> lens, cube = optics(Camera("eye", 320, 240, fovy=0.83), Marker())
@@ -51,12 +51,12 @@ def may_be_seen(camera: Floats, marker: Floats, lens: Floats, cube: Floats) -> b
 
 @jit
 def part_with_tags(camera: Floats, marker: Floats, lens: Floats, cube: Floats) -> Part:
-    """The part of a picture in which all tags are found that are found in the whole, whatever stands in between.
+    """The part of a picture in which all tags are found that are found in the whole picture.
 
-    A tag that is turned away from the camera, or has a corner behind it or well outside the picture, is not read.
-    Around each of the others stands a margin: all that the detector looks at before it takes the tag's outline, or one
-    around it that it takes for the same, for a tag's.
-    The part takes about a microsecond, a thousandth of drawing and searching the picture.
+    A tag that is turned away from the camera, or has a corner behind the camera or well outside the picture, cannot be
+    read. The part surrounds all other tags, with a margin as wide as the surroundings that the detector takes into
+    account. What stands between camera and tag does not matter here. Computing the part takes about a microsecond, a
+    thousandth of the time for drawing and searching a picture.
 
     Args:
         camera: position (m) and rotation (row by row) of the camera, shape (12,), as in a `View`.

@@ -1,4 +1,4 @@
-"""A model of the rendered eye: pinhole, facing, apparent size and occlusion, from true poses without a picture."""
+"""The geometric eye: a model of the rendered eye that needs no picture, only true poses."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def see(
     tags: Floats,
     work: Floats,
 ) -> int:
-    """The face of the cube that the eye reads, or -1.
+    """The face of the cube whose tag the eye reads, or -1.
 
     Args:
         camera: position and rotation (row by row) of the camera, shape (12,).
@@ -196,14 +196,14 @@ def see_from_each(
     work: Floats,
     seen: NDArray[np.bool_],
 ) -> None:
-    """Which of many head postures read the marker, in `seen`; with `first` >= 0 only whether any does.
+    """Find out which of many head postures see the marker, or, with `first` >= 0, only whether any does.
 
     Args:
         cameras: pose of the camera at each head posture, shape (m, 12).
-        moved: poses there of the occluders that move with the head, shape (m, len(rows), 12).
+        moved: at each head posture, the poses of the occluders that move with the head, shape (m, len(rows), 12).
         rows: which occluders those are.
-        first: head posture to try first, then those that follow; the search ends with the first success. -1 to try all.
-        seen: all False, shape (m,); those that see are set.
+        first: head posture to try first, followed by the next ones, until one sees the marker. -1 to try all.
+        seen: result, shape (m,). All False at first; set to True for head postures that see the marker.
 
     The others are as in `see`; `poses` is overwritten in `rows`.
     """
@@ -278,17 +278,17 @@ def _aside(pose: Floats, size: float, camera: Floats, marker: Floats, cube: Floa
 
 
 class GeometricEye:
-    """Says what the rendered eye would see, from the true poses of camera, marker and occluders.
+    """Computes what the rendered eye would see, from the true poses of camera, marker and occluders.
 
-    A tag is read if it is turned to the camera, large enough, wholly inside the image, and if nothing hides its centre
-    or the black frame around it, at its corners and the middles of its edges. The largest such tag counts. A model, a
-    thousand times as fast as pictures: for ceilings, controls and many seeds; wherever its numbers stand, they are
-    labelled as its own.
+    A tag is read if it is turned to the camera, large enough and wholly inside the image, and if nothing hides its
+    centre or the black frame around it, at its corners and the middles of its edges. Of several such tags the largest
+    counts. This eye is a model of the detector, a thousand times as fast as pictures. It serves for ceilings, controls
+    and studies of many seeds, and its numbers are labelled as its own.
 
     Args:
         camera: size and intrinsics of the pictures.
         marker: the cube of tags.
-        occluders: what can hide the marker, in the order of the views' poses.
+        occluders: shapes that can hide the marker, in the order of the poses in each view.
 
     Example:
         >>> camera, marker = Camera("eye", 320, 240, fovy=0.83), Marker()
@@ -308,7 +308,7 @@ class GeometricEye:
         self._tags, self._work = np.zeros((4, 14, 3)), np.zeros((5, 3))
 
     def look(self, reading: Reading) -> Sighting | None:
-        """Where the marker would be seen.
+        """The sighting that the rendered eye would have, or None.
 
         Raises:
             ValueError: the reading has no view.
@@ -318,7 +318,7 @@ class GeometricEye:
         return self.find(reading.view)
 
     def find(self, view: View) -> Sighting | None:
-        """Where the marker would be seen with these poses."""
+        """The sighting for these poses, or None."""
         face = see(
             view.camera,
             self._lens,
@@ -338,14 +338,15 @@ class GeometricEye:
     def look_from_each(
         self, cameras: Floats, moved: Floats, rows: Ints, view: View, first: int = -1
     ) -> NDArray[np.bool_]:
-        """Which of many head postures would see the marker where it is in `view`.
+        """Which of many head postures would see the marker at its place in `view`.
 
         Args:
             cameras: the camera's pose at each head posture, shape (m, 12).
-            moved: poses there of the occluders that move with the head, shape (m, len(rows), 12).
+            moved: at each head posture, the poses of the occluders that move with the head, shape (m, len(rows), 12).
             rows: which occluders those are, shape (k,).
             view: marker and occluders for the arm's posture.
-            first: head posture to try first, for those who ask only whether any sees; the rest then stays False.
+            first: head posture to try first, if you only need to know whether any sees the marker. The others then stay
+                False.
 
         Returns:
             Shape (m,).
@@ -371,13 +372,13 @@ class GeometricEye:
 
 @dataclass(frozen=True)
 class Geometric(Settings):
-    """A geometric model of the eye, without pictures: fast, and labelled as a model."""
+    """A geometric model of the detector, which needs no pictures and is fast."""
 
     def build(self, context: BuildContext) -> GeometricEye:
         """The eye behind the camera of `context.body`.
 
         Raises:
-            ValueError: the body has no model of itself, from which true poses come.
+            ValueError: the body has no model of itself, which gives the true poses.
         """
         body = context.body
         if not isinstance(body, Twin):

@@ -1,4 +1,4 @@
-"""Whether convex shapes stand between two points: compiled tests of a ray against each kind of shape."""
+"""Compiled tests whether convex shapes stand between two points, one for each kind of shape."""
 
 from __future__ import annotations
 
@@ -25,17 +25,18 @@ def _dot(a: Vector, b: Vector) -> float:
 
 @jit
 def any_between(poses: Floats, kinds: Ints, sizes: Floats, camera: Floats, points: Floats, radius: float) -> bool:
-    """Whether any shape is entered on the way from the camera to any of nine points.
+    """Whether any shape stands between the camera and any of nine points.
 
-    A shape that the camera is inside of hides nothing, as it does in a picture: insides are not drawn.
+    A shape that encloses the camera hides nothing, as in a picture, in which insides are not drawn.
 
     Args:
         poses: position and rotation (row by row) of each shape, shape (n, 12).
         kinds: MuJoCo's geom type of each, shape (n,).
         sizes: half-sizes and bounding radius of each, shape (n, 4).
-        camera: position in its first three entries.
-        points: in its first nine rows, all in one plane; the last is their middle; shape (at least 9, 3).
-        radius: of a ball around that middle which holds them all.
+        camera: array whose first three entries are the camera's position.
+        points: array whose first nine rows are the points, shape (at least 9, 3). They lie in one plane; the last is
+            their middle.
+        radius: radius of a ball around that middle that contains all points.
     """
     way = points[8, 0] - camera[0], points[8, 1] - camera[1], points[8, 2] - camera[2]
     scale, plane = 1.0 / _dot(way, way), _plane(points, way)

@@ -1,4 +1,4 @@
-"""Interventions: what is done to an experiment for the length of a phase, such as damage, freezing or shuffling."""
+"""Interventions: damages and other changes that are made to an experiment for the length of a phase."""
 
 from somatopy.contract import Intervention, Stage
 from somatopy.interventions.babble import OtherBabbling

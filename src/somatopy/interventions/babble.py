@@ -1,4 +1,4 @@
-"""The arm babbles otherwise for a phase: at another speed, or in another range."""
+"""Interventions that change how the arm babbles: at another speed, or in another range."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ __all__ = ["OtherBabbling"]
 
 
 class OtherBabbling(NoIntervention):
-    """Another babbler moves the arm for the length of a phase. Nothing is lost: postures and commands are sensed.
+    """Another babbler moves the arm for the length of a phase. No information is lost.
 
-    The babbler before it is asked on in each frame and goes unheeded, so that after the phase the arm moves on as if
-    nothing had been. A body whose arm is to be faster or slower must let its set-points be paced.
+    The original babbler is still asked in each frame, but its targets are not used. After the phase the arm therefore
+    moves as if the phase had not been. If the speed changes, the body must be able to pace its arm (`Alterable`).
 
     Args:
-        babbler: what says where the arm should go.
+        babbler: the other babbler.
         pace: by how much the speed of the arm's set-points is multiplied.
 
     Example:
@@ -43,7 +43,7 @@ class OtherBabbling(NoIntervention):
         self._undo: Callable[[], None] | None = None
 
     def check(self, stage: Stage) -> None:
-        """See that the arm can be paced, if it is to be."""
+        """Check that the arm can be paced, if the speed changes."""
         if self._pace != 1 and not isinstance(stage.body, Alterable):
             raise ValueError(
                 f"the arm of the body {type(stage.body).__name__} has a speed that cannot be changed (pace_arm); "
@@ -62,7 +62,7 @@ class OtherBabbling(NoIntervention):
             self._undo = None
 
     def sense(self, percept: Percept, rng: np.random.Generator) -> Percept:
-        """The percept as it is; its time is what the babbler is asked at."""
+        """The percept itself. Its time is kept for the babbler."""
         self._time = max(self._time, percept.time)
         return percept
 
@@ -82,9 +82,10 @@ class OtherBabbling(NoIntervention):
 
 @dataclass(frozen=True)
 class ArmSpeed(Settings):
-    """The arm moves at another speed: the babbler's movements and the arm's set-points are slower or faster.
+    """Changes the speed of the arm: both the babbler's movements and the arm's set-points are slower or faster.
 
-    Severity: with half the speed, half as many movements in the same time, and half the change from frame to frame.
+    Severity: at half the speed there are half as many movements in the same time, and half the change from frame to
+    frame.
     """
 
     factor: Annotated[Positive, Doc("By how much the speed is multiplied; joints keep their own limits.")] = 0.5
@@ -102,10 +103,10 @@ class ArmSpeed(Settings):
 
 @dataclass(frozen=True)
 class BabblingRange(Settings):
-    """The arm babbles in another range: half of the one before about its middle, or one that is named.
+    """Lets the arm babble in another range: a share of the original one about its middle, or one that is given.
 
-    Severity: with a share of one half, of four joints a sixteenth of the postures is left; with a wider range, postures
-    come that were never met.
+    Severity: with a share of one half and four joints, a sixteenth of the postures is left. A wider range brings
+    postures that the learner has never met.
     """
 
     range: Annotated[

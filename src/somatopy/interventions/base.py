@@ -1,4 +1,4 @@
-"""The intervention that does nothing: what others derive from, to write only what they do."""
+"""An intervention that does nothing. Others derive from it, and override the methods that they need."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ __all__ = ["NoIntervention"]
 
 
 class NoIntervention:
-    """Leaves the experiment as it is; see `somatopy.contract.Intervention` for what each method is for.
+    """Leaves the experiment as it is. `somatopy.contract.Intervention` says what each method is for.
 
     Example:
         >>> class Dazed(NoIntervention):
@@ -31,7 +31,7 @@ class NoIntervention:
     remark = ""
 
     def check(self, stage: Stage) -> None:
-        """Fits everybody."""
+        """Accepts every body and learner."""
 
     def begin(self, stage: Stage) -> None:
         """Changes nothing."""

@@ -1,4 +1,4 @@
-"""Damages of what is sensed besides the arm: the head is felt elsewhere, or the picture is mirrored."""
+"""Damages to senses other than the arm's: an offset of the sensed head posture, and a mirrored picture."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ __all__ = ["HeadShift", "MirroredPicture"]
 
 
 class HeadShift(NoIntervention):
-    """A constant added to the head posture as sensed; the efference copy of the head command stays as it is.
+    """Adds a constant to the sensed head posture. The efference copy of the head's command stays as it is.
 
-    Nothing is clipped. All information is kept, and the command says where the head was told to go.
+    Nothing is clipped. All information is kept, and the command still says where the head was told to go.
 
     Args:
-        offset: one a joint, shape (n_head,), or one for all, rad, or m of a slide.
+        offset: one for each joint, shape (n_head,), or one for all; rad, or m for a slide.
 
     Example:
         >>> zero = np.zeros(2)
@@ -43,9 +43,9 @@ class HeadShift(NoIntervention):
 
 @dataclass(frozen=True)
 class HeadOffset(Settings):
-    """A constant added to the sensed head posture, not to the efference copy of the head command.
+    """Adds a constant to the sensed head posture, but not to the efference copy of the head's command.
 
-    Severity: 0.2 rad are 11.5 degrees, a fifth of the picture's width behind a NAO's camera.
+    Severity: 0.2 rad are 11.5 degrees, a fifth of the picture's width with a NAO's camera.
     """
 
     offset: Annotated[
@@ -57,7 +57,7 @@ class HeadOffset(Settings):
         """The damage.
 
         Raises:
-            ValueError: offsets of another number than the head has joints.
+            ValueError: the number of offsets is not the number of the head's joints.
         """
         head = context.body.head
         if isinstance(self.offset, tuple) and len(self.offset) != len(head):
@@ -69,10 +69,10 @@ class HeadOffset(Settings):
 
 
 class MirroredPicture(NoIntervention):
-    """Left and right of the picture change places, as behind the prisms and mirrors of experiments with people.
+    """Exchanges left and right of the picture, like the prisms and mirrors of experiments with people.
 
-    The marker is read in the true picture, and its place is told in the mirrored one. All information is kept, but what
-    used to lead the eye to the marker now leads away from it.
+    The marker is found in the true picture, but the learner is told its pixel in the mirrored one. All information is
+    kept. A movement that used to bring the marker to the centre now leads away from it.
 
     Args:
         camera: the camera behind the eye.
@@ -99,9 +99,9 @@ class MirroredPicture(NoIntervention):
 
 @dataclass(frozen=True)
 class Mirrored(Settings):
-    """The picture is mirrored: the marker's u is counted from the other side, as behind a prism.
+    """Mirrors the picture: the marker's pixel u is counted from the other side, as if through a prism.
 
-    Severity: learners that do not use where in the picture the marker is notice nothing.
+    Severity: none for learners that do not use the pixel of the marker.
     """
 
     def build(self, context: BuildContext) -> MirroredPicture:

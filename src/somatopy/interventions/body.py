@@ -1,4 +1,4 @@
-"""Injuries and growth: the camera is turned, the marker moved, the arm longer. Then other things can be seen."""
+"""Damages to the body, which change what it can see: a turned camera, a moved marker, a longer arm."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["AlteredBody", "LongerArm", "MovedMarker", "TurnedCamera"]
 
 
 class AlteredBody(NoIntervention):
-    """Something of the body is changed for the length of a phase; derive from it and write `alter`.
+    """Base class of interventions that change the body for the length of a phase. Derive from it and write `alter`.
 
     Raises:
         ValueError: on `check`, if the body has no model of itself that can be changed.
@@ -29,11 +29,11 @@ class AlteredBody(NoIntervention):
         self._undo: Callable[[], None] | None = None
 
     def alter(self, body: Alterable) -> Callable[[], None]:
-        """Change something of the body; returns what undoes it."""
+        """Change the body. Returns a function that undoes the change."""
         raise NotImplementedError(f"{type(self).__qualname__} has no alter(body)")
 
     def check(self, stage: Stage) -> None:
-        """See that the body can be changed so, by doing it and undoing it."""
+        """Check that the body can be changed in this way, by changing it and undoing the change."""
         body = stage.body
         if not isinstance(body, Alterable):
             raise ValueError(
@@ -43,23 +43,23 @@ class AlteredBody(NoIntervention):
         self.alter(body)()
 
     def hold(self, stage: Stage) -> None:
-        """Change it."""
+        """Change the body."""
         if isinstance(stage.body, Alterable):
             self._undo = self.alter(stage.body)
 
     def release(self, stage: Stage) -> None:
-        """Undo it."""
+        """Undo the change."""
         if self._undo is not None:
             self._undo()
             self._undo = None
 
 
 class TurnedCamera(AlteredBody):
-    """The camera is turned in the head, as after a blow. All information is kept.
+    """Turns the camera in the head, as a blow might. All information is kept.
 
     Args:
-        tilt: how much further up it looks, degrees.
-        roll: by how much it is turned about its line of sight, degrees.
+        tilt: how much further up the camera looks, degrees.
+        roll: how far the camera is turned about its line of sight, degrees.
 
     Example:
         >>> damage = TurnedCamera(tilt=10)
@@ -78,9 +78,9 @@ class TurnedCamera(AlteredBody):
 
 @dataclass(frozen=True)
 class CameraTurn(Settings):
-    """The camera is turned in the head: tilted up or down, or rolled about its line of sight.
+    """Turns the camera in the head: it is tilted up or down, or rolled about its line of sight.
 
-    Severity: 10 degrees of tilt are a fifth of the picture's height behind a NAO's camera.
+    Severity: 10 degrees of tilt are a fifth of the picture's height with a NAO's camera.
     """
 
     tilt: Annotated[Finite, Doc("How much further up the camera looks, degrees.")] = 10.0
@@ -92,7 +92,7 @@ class CameraTurn(Settings):
 
 
 class MovedMarker(AlteredBody):
-    """The marker is moved along its axis: the hand ends elsewhere, as with a tool in it. All information is kept.
+    """Moves the marker along its axis, as if the hand held a tool. All information is kept.
 
     Args:
         by: how far, m.
@@ -113,9 +113,9 @@ class MovedMarker(AlteredBody):
 
 @dataclass(frozen=True)
 class MarkerMoved(Settings):
-    """The marker is moved along its axis, as if the hand held a tool.
+    """Moves the marker along its axis, as if the hand held a tool.
 
-    Severity: 5 cm are as much as the edge of the cube, and 15 cm more than the forearm of a NAO.
+    Severity: 5 cm are an edge of the cube, and 15 cm are more than the forearm of a NAO.
     """
 
     by: Annotated[Finite, Doc("How far along its axis, m; a negative number moves it back.")] = 0.05
@@ -126,12 +126,12 @@ class MarkerMoved(Settings):
 
 
 class LongerArm(AlteredBody):
-    """The links of the arm are longer or shorter, marker included, as after growth. All information is kept.
+    """Makes the links of the arm, up to the marker, longer or shorter, as growth does. All information is kept.
 
-    The same commands then move another arm, so that it has its own movement and its own ceiling.
+    The same commands then lead to other movements, and the phase has its own ceiling.
 
     Args:
-        factor: by how much lengths are multiplied.
+        factor: lengths are multiplied by this number.
 
     Example:
         >>> LongerArm(1.2).alters_ceiling, LongerArm(1.2).moves_arm
@@ -151,7 +151,7 @@ class LongerArm(AlteredBody):
 
 @dataclass(frozen=True)
 class Longer(Settings):
-    """The links of the arm are longer, as after growth: 20 percent, marker included.
+    """Makes the links of the arm, up to the marker, longer: by 20 percent unless a factor is given.
 
     Severity: the hand is up to 20 percent of the arm's length away from where it was in the same posture.
     """

@@ -1,4 +1,4 @@
-"""The laws of interventions, tried on any implementation."""
+"""A check that any intervention keeps its contract."""
 
 from __future__ import annotations
 
@@ -34,9 +34,9 @@ def check_intervention(make: Make, make_body: Callable[[], Body] | None = None) 
     """Check that an intervention keeps its contract.
 
     Args:
-        make: a fresh intervention.
-        make_body: a fresh body that it fits; a puppet of four arm joints and two head joints by default, whose joints
-            are where they are told to be.
+        make: makes a fresh intervention.
+        make_body: makes a fresh body that suits it. By default this is a simple body with four arm joints and two head
+            joints, whose joints are always where they are told to be.
 
     Raises:
         ContractError: it breaks a law; the message says which, what was seen and how to fix it.

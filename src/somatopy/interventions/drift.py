@@ -1,4 +1,4 @@
-"""A damage that grows: what is sensed of the arm wanders off."""
+"""A damage that grows: an offset of the arm's sense that drifts."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ __all__ = ["JointDrift"]
 
 
 class JointDrift(NoIntervention):
-    """An offset of the arm that grows linearly from the damage on, without end.
+    """Adds an offset to the arm's sense. It is 0 when the damage begins, and grows linearly without end.
 
-    It is added to the sensed arm posture and to the efference copy of the arm command alike, and nothing is clipped. In
-    each frame all information is kept.
+    The same offset is added to the sensed arm posture and to the efference copy of the arm's command. Nothing is
+    clipped. In each frame all information is kept.
 
     Args:
-        rate: how fast it grows, one a joint, shape (n_arm,), rad/s, or m/s of a slide.
+        rate: how fast the offset of each joint grows, shape (n_arm,), rad/s, or m/s for a slide.
 
     Example:
         >>> damage, zero, rng = JointDrift([0.1, 0.0]), np.zeros(2), np.random.default_rng()
@@ -39,7 +39,7 @@ class JointDrift(NoIntervention):
         self._since, self._passed = nan, 0.0
 
     def sense(self, percept: Percept, rng: np.random.Generator) -> Percept:
-        """The percept with both arm vectors shifted by what has come together so far; time never goes back."""
+        """The percept with both arm vectors shifted by the present offset."""
         if isnan(self._since):
             self._since = percept.time
         self._passed = max(self._passed, percept.time - self._since)
@@ -47,7 +47,7 @@ class JointDrift(NoIntervention):
         return replace(percept, arm=percept.arm + shift, arm_command=percept.arm_command + shift)
 
     def state(self) -> dict[str, Any]:
-        """When it began, s, NaN before the first frame, and how long it has grown, s."""
+        """The time at which the drift began, s (NaN before the first frame), and for how long it has grown, s."""
         return {"since": self._since, "passed": self._passed}
 
     def restore(self, state: dict[str, Any]) -> None:
@@ -57,14 +57,14 @@ class JointDrift(NoIntervention):
 
 @dataclass(frozen=True)
 class Drift(Settings):
-    """An offset of the sensed arm and of the efference copy that grows with time, in a direction drawn at random.
+    """Shifts the arm's sense by an offset in a random direction, which grows with time.
 
-    Severity: none in the first frame, `norm` after `minutes`, twice that after as long again.
+    Severity: none in the first frame, `norm` after `minutes`, twice that after twice the time.
     """
 
     norm: Annotated[Positive, Doc("Length of the offset after that time, rad; a slide's range counts as 1 rad.")] = 1.0
     minutes: Annotated[Positive, Doc("How long it takes to grow so far, minutes of robot time.")] = 15.0
-    draw: Annotated[int, Ge(0), Doc("Which direction: another number, another one; the same for each learner.")] = 0
+    draw: Annotated[int, Ge(0), Doc("Number of the random direction, which is the same for all learners.")] = 0
 
     def build(self, context: BuildContext) -> JointDrift:
         """The damage."""

@@ -1,4 +1,4 @@
-"""The arm is felt otherwise than it is: scaled, joints mixed up, one of them stuck, or noisy."""
+"""Damages to the arm's sense: scaled angles, exchanged joints, a stuck sensor, and noise."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ __all__ = ["DeadJoint", "EncoderNoise", "JointGain", "JointOrder"]
 
 
 class JointGain(NoIntervention):
-    """Each joint of the arm is felt `gain` times as far from the middle of its range as it is.
+    """Scales what is felt of each arm joint: its distance from the middle of the range is multiplied by `gain`.
 
-    It changes the sensed arm posture and the efference copy of the arm command alike, and clips nothing. All
-    information is kept, but with a gain of 0.
+    It changes the sensed arm posture and the efference copy of the arm's command in the same way, and clips nothing.
+    All information is kept, unless the gain is 0.
 
     Args:
         arm: the arm's joints.
-        gain: 1 changes nothing.
+        gain: the factor; 1 changes nothing.
 
     Example:
         >>> arm, zero = JointGroup(("a", "b"), np.array([0.0, -1.0]), np.ones(2), np.ones(2)), np.zeros(2)
@@ -49,9 +49,10 @@ class JointGain(NoIntervention):
 
 @dataclass(frozen=True)
 class Gain(Settings):
-    """The arm's joints are felt nearer to the middle of their ranges than they are, or farther from it.
+    """Scales what is felt of the arm's joints: they seem nearer to the middle of their ranges, or farther from it.
 
-    Severity: at the ends of a range a joint is felt (1 - gain) / 2 of the whole range aside, 15 percent by default.
+    Severity: at the ends of its range a joint is felt (1 - gain) / 2 of the range away from its true angle, 15 percent
+    by default.
     """
 
     gain: Annotated[Finite, Doc("Felt distance from the middle of the range, as a multiple of the true one.")] = 0.7
@@ -62,14 +63,15 @@ class Gain(Settings):
 
 
 class JointOrder(NoIntervention):
-    """Joints of the arm are felt in each other's places.
+    """Exchanges what is felt of the arm's joints.
 
-    What is felt of joint k is where joint `order[k]` is in its range, put into the range of joint k. It changes the
-    sensed arm posture and the efference copy of the arm command alike. All information is kept.
+    In the place of joint k the learner feels joint `order[k]`: its position within its own range, converted to the
+    range of joint k. This changes the sensed arm posture and the efference copy of the arm's command in the same way.
+    All information is kept.
 
     Args:
         arm: the arm's joints.
-        order: for each joint the one that is felt in its place, (n_arm,).
+        order: for each joint, the index of the joint that is felt in its place, shape (n_arm,).
 
     Example:
         >>> arm, zero = JointGroup(("a", "b"), np.zeros(2), np.array([1.0, 10.0]), np.ones(2)), np.zeros(2)
@@ -91,9 +93,9 @@ class JointOrder(NoIntervention):
 
 @dataclass(frozen=True)
 class Swapped(Settings):
-    """Two joints of the arm are felt in each other's places, each value as a share of its joint's range.
+    """Exchanges what is felt of two arm joints, each value as a share of its joint's range.
 
-    Severity: how far a joint is felt aside depends on the posture, by a third of the range in the mean of uniform ones.
+    Severity: on average over uniform postures, a joint is felt a third of its range away from its true angle.
     """
 
     joints: Annotated[tuple[Joint, Joint], Doc("Two joints, by names or by numbers from 0 on.")] = (0, 1)
@@ -102,7 +104,7 @@ class Swapped(Settings):
         """The damage.
 
         Raises:
-            ValueError: the arm lacks one of them, or both are the same.
+            ValueError: the arm has no such joint, or both are the same.
         """
         first, second = _several(context.arm, self.joints)
         order = list(range(len(context.arm)))
@@ -112,10 +114,10 @@ class Swapped(Settings):
 
 @dataclass(frozen=True)
 class Permuted(Settings):
-    """All joints of the arm are felt in each other's places, each value as a share of its joint's range.
+    """Exchanges what is felt of all arm joints, each value as a share of its joint's range.
 
-    Severity: as with two that are swapped, but in every joint. By default the first joint is felt in the place of the
-    last, and every other one in the place of the one before it.
+    Severity: as with two swapped joints, but in every joint. By default the first joint is felt in the place of the
+    last, and every other joint in the place of the one before it.
     """
 
     order: Annotated[
@@ -150,13 +152,13 @@ def _several(arm: JointGroup, joints: Sequence[Joint]) -> list[int]:
 
 
 class DeadJoint(NoIntervention):
-    """The sensor of one joint of the arm is stuck: it goes on to say what it said when the damage came.
+    """Makes the sensor of one arm joint stick: it keeps the value that it had when the damage began.
 
-    The joint moves as before. Posture and efference copy both have the stuck value, so that all information about this
-    joint is lost.
+    The joint itself still moves. The sensed posture and the efference copy both have the stuck value, so that all
+    information about this joint is lost.
 
     Args:
-        joint: place of the joint in the arm's vectors.
+        joint: index of the joint in the arm's vectors.
 
     Example:
         >>> damage, zero, rng = DeadJoint(1), np.zeros(2), np.random.default_rng()
@@ -191,9 +193,9 @@ class DeadJoint(NoIntervention):
 
 @dataclass(frozen=True)
 class Dead(Settings):
-    """The sensor of one joint is stuck where it was when the damage came; the joint itself still moves.
+    """Makes the sensor of one joint stick at the value that it had when the damage began. The joint still moves.
 
-    Severity: nothing is known of this joint any more, neither by its posture nor by its command.
+    Severity: nothing is known about this joint any more, neither from its posture nor from its command.
     """
 
     joint: Annotated[Joint, Doc("The joint, by its name or its number from 0 on.")] = 0
@@ -208,12 +210,12 @@ class Dead(Settings):
 
 
 class EncoderNoise(NoIntervention):
-    """Normal noise on the sensed arm posture, drawn anew in each frame and for each joint.
+    """Adds normal noise to the sensed arm posture, drawn anew in each frame and for each joint.
 
-    The efference copy stays as it is: the target of a movement is a command, which no encoder measures.
+    The efference copy stays as it is, since no encoder measures a command.
 
     Args:
-        deviation: standard deviation, one a joint, shape (n_arm,), or one for all, rad, or m of a slide.
+        deviation: standard deviation, one for each joint, shape (n_arm,), or one for all; rad, or m for a slide.
 
     Example:
         >>> zero = np.zeros(2)
@@ -232,10 +234,10 @@ class EncoderNoise(NoIntervention):
 
 @dataclass(frozen=True)
 class Noise(Settings):
-    """Normal noise on the sensed arm posture, not on the efference copy of the command, anew in each frame.
+    """Adds normal noise to the sensed arm posture in each frame, but not to the efference copy of the command.
 
-    Severity: differences between postures below the deviation are lost in a single frame, and come back in the mean of
-    many.
+    Severity: in a single frame, differences between postures that are smaller than the deviation are lost. The mean of
+    many frames still shows them.
     """
 
     deviation: Annotated[
@@ -247,7 +249,7 @@ class Noise(Settings):
         """The damage.
 
         Raises:
-            ValueError: deviations of another number than the arm has joints.
+            ValueError: the number of deviations is not the number of the arm's joints.
         """
         arm = context.arm
         if isinstance(self.deviation, tuple) and len(self.deviation) != len(arm):

@@ -1,4 +1,4 @@
-"""What damages of the arm share: which joint is meant, in what its angles count, and directions drawn at random."""
+"""What damages of the arm share: finding joints by name, scaling their values, and drawing random directions."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ Joint = int | str
 
 
 def numbered(arm: JointGroup, joints: Sequence[Joint]) -> list[int]:
-    """The places of joints in an arm's vectors.
+    """Indices of joints in an arm's vectors.
 
     Args:
         arm: the arm's joints.
-        joints: each by its name, or by its number from 0 on.
+        joints: the joints, each by its name or its number, from 0.
 
     Raises:
         ValueError: the arm has no such joint.
@@ -40,7 +40,7 @@ def numbered(arm: JointGroup, joints: Sequence[Joint]) -> list[int]:
 
 
 def scale(arm: JointGroup) -> Floats:
-    """What a damage of 1 is in each joint, shape (n_arm,): 1 rad of a hinge, and the whole range, m, of a slide.
+    """How much a damage of 1 is in each joint, shape (n_arm,): 1 rad for a hinge, the whole range in m for a slide.
 
     Example:
         >>> scale(JointGroup(("lift", "turn"), np.array([0.0, -2.0]), np.array([0.1, 2.0]), np.ones(2), ("m", "rad")))
@@ -50,13 +50,13 @@ def scale(arm: JointGroup) -> Floats:
 
 
 def drawn(arm: JointGroup, norm: float, seed: int, draw: int) -> Floats:
-    """A shift of the arm's vector in a random direction, shape (n_arm,), each value in its joint's unit.
+    """An offset of the arm's vector in a random direction, shape (n_arm,), each value in its joint's unit.
 
-    It depends on nothing but the arguments, so that all learners of one seed, and a run that is resumed, have the same.
+    It depends on the arguments alone, so that all learners of one seed get the same offset, and so does a resumed run.
 
     Args:
         arm: the arm's joints.
-        norm: Euclidean length of the shift, rad; in it a slide's whole range counts as 1 rad.
+        norm: Euclidean length of the offset, rad. The whole range of a slide counts as 1 rad.
         seed: the experiment's.
         draw: another number gives another direction.
 

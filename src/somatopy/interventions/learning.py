@@ -1,4 +1,4 @@
-"""What is done to the learner: some parts stop to learn, it begins afresh, or its associations are shuffled."""
+"""Interventions on the learner: some of its parts stop learning, it starts anew, or its associations are shuffled."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ __all__ = ["Afresh", "PlasticParts", "Shuffled"]
 
 
 class PlasticParts(NoIntervention):
-    """Only some parts of the learner learn.
+    """Lets only some parts of the learner learn.
 
     Args:
-        parts: names of those that do; none of them if empty.
+        parts: names of the parts that learn. If there are none, nothing learns.
 
     Raises:
         ValueError: on `check`, if the learner has no such part.
@@ -27,7 +27,7 @@ class PlasticParts(NoIntervention):
         self._before: frozenset[str] = frozenset()
 
     def check(self, stage: Stage) -> None:
-        """See that the learner has these parts."""
+        """Check that the learner has these parts."""
         parts = stage.learner.parts
         if unknown := sorted(self._parts - parts):
             known = ", ".join(sorted(parts)) or "none, so leave plastic away"
@@ -39,12 +39,12 @@ class PlasticParts(NoIntervention):
         self._before, learner.plastic = learner.plastic, self._parts
 
     def release(self, stage: Stage) -> None:
-        """Let learn again what did before."""
+        """Let the parts learn again that learned before."""
         stage.learner.plastic = self._before
 
 
 class Afresh(NoIntervention):
-    """The learner begins anew: all that it has learned is forgotten."""
+    """Replaces the learner by a fresh one, so that everything that it has learned is forgotten."""
 
     def begin(self, stage: Stage) -> None:
         """Put a fresh learner in its place."""
@@ -52,14 +52,14 @@ class Afresh(NoIntervention):
 
 
 class Shuffled(NoIntervention):
-    """What the learner has associated is given to other inputs, so that what is still hit is hit by chance.
+    """Shuffles what the learner has associated, so that it hits by chance only.
 
     Raises:
         ValueError: on `check`, if the learner has nothing to shuffle.
     """
 
     def check(self, stage: Stage) -> None:
-        """See that the learner has something to shuffle."""
+        """Check that the learner has associations to shuffle."""
         if not isinstance(stage.learner, Shuffles):
             raise ValueError("the learner has no links to shuffle; choose continue or afresh")
 

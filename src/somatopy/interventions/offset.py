@@ -1,4 +1,4 @@
-"""The paper's damage: what is sensed of the arm is shifted."""
+"""The paper's damage, a constant offset of the arm's sense, and offsets in random directions."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ _SAME = 0.001
 def paper_offset(arm: JointGroup) -> Floats:
     """The paper's damage for any arm, shape (n_arm,), each value in its joint's unit.
 
-    An arm of four hinges with the limits of the NAO's left arm is shifted by what the paper prints. On any other arm
-    each joint is shifted by the same share of its whole range as its counterpart there: 3, 70, 29 and -15 percent, and
-    from the fifth joint on the same again.
+    An arm of four hinges with the limits of the NAO's left arm gets the numbers that the paper prints. On any other arm
+    each joint is shifted by the same share of its range as the NAO's joint with the same number: 3, 70, 29 and -15
+    percent. From the fifth joint on these shares repeat.
 
     Example:
         >>> nao = JointGroup(("a", "b", "c", "d"), *np.transpose(NAO_LIMITS), np.full(4, 8.0))
@@ -52,13 +52,13 @@ def _is_nao(arm: JointGroup) -> bool:
 
 
 class JointOffset(NoIntervention):
-    """A constant added to the arm posture as sensed and to the efference copy of the arm command.
+    """Adds a constant to the sensed arm posture and to the efference copy of the arm's command.
 
     The sum is not clipped to the joint limits: clipping contradicts the paper's Figure 4. The body is untouched.
 
     Args:
-        offset: one a joint, shape (n_arm,), rad, or m of a slide.
-        remark: what a run says of it before its first frame.
+        offset: one for each joint, shape (n_arm,), rad, or m for a slide.
+        remark: a sentence that a run prints before its first frame.
 
     Example:
         >>> zero = np.zeros(2)
@@ -77,7 +77,7 @@ class JointOffset(NoIntervention):
 
 @dataclass(frozen=True)
 class Offset(Settings):
-    """A constant added to the sensed arm posture and to the efference copy of the arm command; nothing is clipped."""
+    """Adds a constant to the sensed arm posture and to the efference copy of the arm's command. Nothing is clipped."""
 
     offset: Annotated[
         Literal["paper"] | Annotated[tuple[Finite, ...], Len(1)],
@@ -88,7 +88,7 @@ class Offset(Settings):
         """The damage.
 
         Raises:
-            ValueError: an offset of another length than the arm.
+            ValueError: the number of offsets is not the number of the arm's joints.
         """
         arm = context.arm
         if isinstance(self.offset, str):
@@ -114,7 +114,7 @@ def _told(arm: JointGroup, offset: Floats) -> str:
 
 @dataclass(frozen=True)
 class RandomOffset(Settings):
-    """A constant in a random direction, added to the sensed arm posture and to the efference copy of its command.
+    """Adds a constant in a random direction to the sensed arm posture and to the efference copy of its command.
 
     Severity: the norm; that of the paper's offset is 1.7 rad. All information is kept.
 
@@ -128,7 +128,7 @@ class RandomOffset(Settings):
     """
 
     norm: Annotated[Positive, Doc("Euclidean length of the offset, rad; a slide's whole range counts as 1 rad.")] = 0.8
-    draw: Annotated[int, Ge(0), Doc("Which direction: another number, another one; the same for each learner.")] = 0
+    draw: Annotated[int, Ge(0), Doc("Number of the random direction, which is the same for all learners.")] = 0
 
     def build(self, context: BuildContext) -> JointOffset:
         """The damage, from the experiment's seed and the draw alone."""

@@ -1,4 +1,4 @@
-"""The damages that learners are compared under, by name: one of each kind, some in several strengths."""
+"""The damages that `--damages all` stands for, by name: one of each kind, some in several strengths."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Hebbian links between the nodes of two maps."""
+"""Hebbian links between the units of two maps, and their learning rules."""
 
 from somatopy.links.check import check_rule
 from somatopy.links.delta import DeltaRule

@@ -1,4 +1,4 @@
-"""The laws of link rules, tried on any implementation."""
+"""A check that any link rule keeps its contract."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ def check_rule(make: Make) -> None:
     """Check that a rule keeps its contract, on rows of several lengths.
 
     Args:
-        make: a fresh rule. A class that needs no arguments will do. If it is `local` it may change no link of the row
-            but the one that is named; normalising rules are not.
+        make: makes a fresh rule; a class that needs no arguments will do. A rule that says it is `local` may change
+            only the link that an update names. Normalising rules, for instance, are not local.
 
     Raises:
         ContractError: it breaks a law; the message says which, what was seen and how to fix it.

@@ -1,4 +1,4 @@
-"""The delta rule on links: a miss teaches as well as a hit."""
+"""The delta rule for links, which learns from misses as well as from hits."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ def _approach(row: Floats, j: int, rate: float, target: float) -> bool:
 
 
 class DeltaRule(PositiveHebb):
-    """Links that learn what follows: towards the target on a hit, towards 0 on a miss.
+    """Moves a link towards its target: t on a hit, 0 on a miss.
 
     w_ij += eta * A_i * A_j * (t - w_ij), with the product of activations A_i * A_j and the target t: the rule of Widrow
-    and Hoff (1960) for one input, normalised in that activations are at most 1. With t = 1 on a hit and 0 on a miss a
-    link estimates how often the hand is seen from node j while i wins, over the last 1 / (eta * A_i * A_j) times. The
-    paper's rule knows no misses, so that a link which was good once stays strong for ever.
+    and Hoff (1960) for one input. It is stable, since activations are at most 1. With t = 1 on a hit and 0 on a miss, a
+    link estimates how often the hand is seen from node j while i wins, over about the last 1 / (eta * A_i * A_j) such
+    frames. The paper's rule ignores misses, so that a link that was good once stays strong for ever.
 
     Args:
-        learning_rate: eta, over 0 and at most 1: with more, a link overshoots its target.
+        learning_rate: eta, over 0 and at most 1. With a larger one, a link would overshoot its target.
 
     Raises:
         ValueError: if the learning rate is not a number over 0 and up to 1.

@@ -1,4 +1,4 @@
-"""Links from every node of one map to every node of another."""
+"""A table of links from every unit, or node, of one map to every node of another."""
 
 from __future__ import annotations
 
@@ -22,8 +22,9 @@ ARRAYS = ("link_pre", "link_post", "link_weight")
 class HebbianLinks:
     """A table of links between two sets of nodes, all 0 at first.
 
-    It knows numbers of nodes, not maps: any two things with winners can be linked. Up to 8 million links are kept as
-    one array; of more, only those that are not 0, so that memory grows with the links in use.
+    The table needs only the numbers of nodes, not the maps, so that any two things with winners can be linked. Up to 8
+    million links are kept in one array. A larger table keeps only the links that are not 0, so that its memory grows
+    with the links in use.
 
     Args:
         n_pre: nodes of the first map, at least 1.
@@ -58,7 +59,7 @@ class HebbianLinks:
         self._table = new_table(self.n_pre, self.n_post)
 
     def update(self, i: int, j: int, activation: float, target: float) -> None:
-        """Let the rule learn that nodes i and j won together; see `Rule.update`.
+        """Let the rule update the links after nodes i and j have won together; see `Rule.update`.
 
         Raises:
             ValueError: if i or j is not a node, or a value is not finite; then nothing has changed.
@@ -71,8 +72,8 @@ class HebbianLinks:
 
         Args:
             i: node of the first map.
-            u: uniform random number in [0, 1) that chooses among equal greatest links, each with the same chance;
-                a row that has learned nothing is a tie of all nodes.
+            u: uniform random number in [0, 1). If several links are equally great, it chooses among them with equal
+                chances. In a row that has learned nothing, all links are equal.
 
         Raises:
             ValueError: if i is not a node or u is outside [0, 1).
@@ -82,7 +83,7 @@ class HebbianLinks:
         return self._table.strongest(_node("i", i, "first", self.n_pre), u)
 
     def row(self, i: int) -> Floats:
-        """The links of node i, shape (n_post,): they cannot be written; copy what must not follow later learning.
+        """The links of node i, shape (n_post,), read-only. Later learning may change them: copy what must stay.
 
         Raises:
             ValueError: if i is not a node.
@@ -93,15 +94,15 @@ class HebbianLinks:
 
     @property
     def whole(self) -> Floats | None:
-        """All links, shape (n_pre, n_post), the table's own, for kernels; None where only those not 0 are kept."""
+        """The table's own array of all links, shape (n_pre, n_post), for kernels; None if there is none."""
         return self._table.links if isinstance(self._table, DenseTable) else None
 
     def used(self) -> tuple[NDArray[np.int32], NDArray[np.int32], Floats]:
-        """The links that are not 0, by i and then j: their i, their j and their values, each of shape (links,)."""
+        """The links that are not 0, sorted by i and j, as arrays of i, j and values, each of shape (links,)."""
         return self._table.used()
 
     def state(self) -> dict[str, NDArray[Any]]:
-        """What `used` gives, as `link_pre`, `link_post` and `link_weight`, and the rule's arrays, led by `rule_`."""
+        """The arrays of `used`, as `link_pre`, `link_post` and `link_weight`, and the rule's arrays as `rule_...`."""
         remembered = {f"rule_{name}": value for name, value in self.rule.state().items()}
         return {**dict(zip(ARRAYS, self.used(), strict=True)), **remembered}
 
@@ -109,7 +110,7 @@ class HebbianLinks:
         """Take over the state of links of the same sizes and rule.
 
         Raises:
-            ValueError: if an array is missing, or they are not links of these sizes; then nothing has changed.
+            ValueError: if an array is missing, or the links do not fit these sizes. Then nothing has changed.
         """
         if missing := [name for name in ARRAYS if name not in state]:
             raise ValueError(f"the state of links lacks {missing}; it has {sorted(state)}")

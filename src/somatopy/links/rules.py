@@ -1,4 +1,4 @@
-"""How one link between two maps changes when its two nodes win together."""
+"""Learning rules: how a link between two maps changes when its two nodes win together."""
 
 from __future__ import annotations
 
@@ -39,11 +39,11 @@ def activation(distance: float, slope: float = 1.0) -> float:
 
 
 class Rule(Protocol):
-    """A learning rule: it sees one row of links and what happened, nothing else.
+    """A learning rule of links. It sees one row of links and what happened, and nothing else.
 
     Attributes:
-        local: whether an update never changes another link than j. Large tables, which keep only the links that are
-            not 0, then look at this link alone after an update, and lose every other change; `check_rule` verifies it.
+        local: whether an update never changes another link than j. Large tables, which keep only links that are not 0,
+            then read this link alone after an update, and any other change is lost. `check_rule` tests it.
     """
 
     local: bool
@@ -60,11 +60,11 @@ class Rule(Protocol):
         ...
 
     def state(self) -> dict[str, NDArray[Any]]:
-        """What the rule remembers beside the links, as arrays (copies)."""
+        """Copies of the arrays that the rule remembers beside the links."""
         ...
 
     def restore(self, state: Mapping[str, ArrayLike]) -> None:
-        """Take over what `state` gave."""
+        """Continue from what `state` returned."""
         ...
 
 
@@ -79,8 +79,8 @@ def _add(row: Floats, j: int, increment: float) -> bool:
 class PositiveHebb:
     """The paper's rule: links only grow, and only when the hand was seen.
 
-    Equation 3 of Schillaci, Hafner and Lara (2014), w_ij += eta * A_i * A_j * f_c: with the product of activations
-    A_i * A_j and the target f_c, which is 0 on a miss, so that a miss changes nothing.
+    Equation 3 of Schillaci, Hafner and Lara (2014), w_ij += eta * A_i * A_j * f_c: with the product of activations A_i
+    * A_j and the target f_c. The target is 0 on a miss, so that a miss changes nothing.
 
     Args:
         learning_rate: eta, over 0.
@@ -116,11 +116,11 @@ class PositiveHebb:
             )
 
     def state(self) -> dict[str, NDArray[Any]]:
-        """Nothing: all that this rule changes are the links."""
+        """An empty dictionary, since this rule remembers nothing beside the links."""
         return {}
 
     def restore(self, state: Mapping[str, ArrayLike]) -> None:
-        """Nothing to take over; see `state`."""
+        """Does nothing; see `state`."""
 
 
 @jit
@@ -134,10 +134,10 @@ def _normalise(row: Floats) -> None:
 
 
 class NormalisedHebb(PositiveHebb):
-    """The paper's rule, and then the row divided by its sum: a link fades while others of its row grow.
+    """The paper's rule, after which the row is divided by its sum, so that a link fades while others of its row grow.
 
-    So did the library that the first author of the paper published in 2016 (with `activation(..., slope=2)`). A miss
-    leaves a normalised row as it is, but for rounding; a row without links stays so.
+    This is the rule of the library that the first author of the paper published in 2016, there with `activation(...,
+    slope=2)`. A miss leaves a normalised row as it is, except for rounding. A row whose links are all 0 stays as it is.
 
     Args:
         learning_rate: eta of equation 3, over 0.

@@ -1,4 +1,4 @@
-"""Where links are kept: a whole table if it is small, else only the links that are not 0."""
+"""Storage of links: one array for a small table; for a large one only the links that are not 0."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ BLOCK = U(100)
 
 
 class Table(Protocol):
-    """Links from some nodes to others, all 0 at first; its indices are valid, and u lies in [0, 1)."""
+    """Storage of links between nodes, all 0 at first. Callers have checked indices, and that u lies in [0, 1)."""
 
     def update(self, rule: Rule, i: int, j: int, activation: float, target: float) -> None:
         """Let the rule change row i."""
         ...
 
     def strongest(self, i: int, u: float) -> int:
-        """Of the nodes with the greatest link from i, in their order, the one at the share u."""
+        """The node with the greatest link from i; of several, in their order, the one at the share u."""
         ...
 
     def row(self, i: int) -> Floats:
-        """Row i, perhaps not a copy."""
+        """Row i, which may be the table's own."""
         ...
 
     def used(self) -> tuple[Integers, Integers, Floats]:
@@ -76,7 +76,7 @@ def _ties(row: Floats, start: Any, greatest: float) -> int:
 
 @jit
 def strongest_link(links: Floats, i: int, u: float) -> int:
-    """Of the nodes with the greatest link from i, in their order, the one at the share u, which is in [0, 1)."""
+    """The node with the greatest link from i; of several, in their order, the one at the share u in [0, 1)."""
     row = links[i]
     greatest, size, ties = _greatest(row), U(row.size), 0
     for start in range(U(0), size, BLOCK):
@@ -96,10 +96,10 @@ def strongest_link(links: Floats, i: int, u: float) -> int:
 
 
 class DenseTable:
-    """All links, 0 or not.
+    """A table that stores all links in one array.
 
     Attributes:
-        links: they, shape (n_pre, n_post).
+        links: the links, shape (n_pre, n_post).
     """
 
     def __init__(self, n_pre: int, n_post: int) -> None:
@@ -110,7 +110,7 @@ class DenseTable:
         rule.update(self.links[i], j, activation, target)
 
     def strongest(self, i: int, u: float) -> int:
-        """Of the nodes with the greatest link from i, in their order, the one at the share u."""
+        """The node with the greatest link from i; of several, in their order, the one at the share u."""
         return strongest_link(self.links, i, u)
 
     def row(self, i: int) -> Floats:
@@ -139,10 +139,10 @@ def _inserted(values: NDArray[Any], at: int, value: float) -> NDArray[Any]:
 
 
 class SparseTable:
-    """The links that are not 0: for each row that has any, their nodes in order, and their values.
+    """A table that stores only the links that are not 0: for each row, their nodes in order, and their values.
 
-    A rule sees a row as it is, of n_post links, in one array that all rows share. After a rule that is local only the
-    link named is looked at; after another one, the whole row.
+    A rule sees a whole row of n_post links, in an array that all rows share. After the update of a local rule the table
+    reads only the link that was named; after that of another rule, the whole row.
     """
 
     def __init__(self, n_pre: int, n_post: int) -> None:
@@ -178,7 +178,7 @@ class SparseTable:
             self._rows[i] = _inserted(nodes, at, j), _inserted(links, at, link)
 
     def strongest(self, i: int, u: float) -> int:
-        """Of the nodes with the greatest link from i, in their order, the one at the share u."""
+        """The node with the greatest link from i; of several, in their order, the one at the share u."""
         nodes, links = self._rows.get(i, NO_LINKS)
         greatest = links.max(initial=-np.inf if nodes.size == self._n_post else 0.0)
         if greatest == 0.0:

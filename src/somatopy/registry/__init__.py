@@ -1,14 +1,17 @@
-"""Kinds: the parts of an experiment that a description can name, and what configures each.
+"""Kinds: the parts that the description of an experiment can name, and the settings of each.
 
-A kind is a class of settings: a frozen dataclass, derived from `Settings`, which stands beside the part that its
-`build(context)` makes. Each package names its kinds in its `__init__`, one line each; nothing is imported before it is
-needed. A part of your own is named by its place, `my_package.my_file:MyLearner`, or by an entry point of the group
-`somatopy.learners`, `somatopy.bodies` and so on. What stands there is either such settings, or the part itself: a
-class, or a function that makes one. Then the arguments that come after those which every part of its sort is made from
-are its settings.
+A kind is a class of settings, that is, a frozen dataclass derived from `Settings`. Its method `build(context)` makes
+the part. Each package registers its kinds in its `__init__`, with one line each, and imports nothing before it is
+needed.
 
-Settings say with `Annotated` what they mean and which values are valid, by `Doc` and the marks of `annotated_types`
-(`Gt`, `Ge`, `Le`, ...). Reading and checking them takes pydantic, which is imported when a description is first read.
+You name a part of your own by its place, `my_package.my_file:MyLearner`, or by an entry point of the group
+`somatopy.learners`, `somatopy.bodies` and so on. At that place stands either a class of settings, or the part itself: a
+class, or a function that makes one. In the second case the arguments of that class or function are its settings, except
+for the first ones, which every part of its sort is made from.
+
+Settings use `Annotated` to say what they mean, with `Doc`, and which values are valid, with the marks of
+`annotated_types` (`Gt`, `Ge`, `Le`, ...). Pydantic reads and checks them. It is imported when a description is first
+read.
 """
 
 from somatopy.registry.kinds import (

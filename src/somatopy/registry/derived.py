@@ -1,4 +1,4 @@
-"""Settings of a part that has none of its own: what the signature of its class, or of a function, asks for."""
+"""Settings for a part without a class of settings, derived from the signature of its class or function."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ def derived(
         name: what a description calls it.
         sort: what it makes, such as "learner".
         made_from: what each part of this sort is made from; its first arguments.
-        kept: further arguments that are no settings.
+        kept: further arguments that are not settings.
 
     Raises:
-        UnknownKind: it cannot be made from that.
+        UnknownKind: the part cannot be made from these arguments.
     """
     try:
         signature = inspect.signature(part)
@@ -55,7 +55,9 @@ def derived(
         return part(*given, **{entry.name: _own(getattr(self, entry.name)) for entry in fields(self)})
 
     if reserved := [key for key, *_ in free if hasattr(Settings, key)]:
-        raise UnknownKind(f"cannot be set: an argument may not be called {reserved[0]}, as all settings have that")
+        raise UnknownKind(
+            f"cannot be set: an argument may not be called {reserved[0]}, which is a member of all settings; rename it"
+        )
     body = {"build": build, "own_kind": name, "__doc__": inspect.getdoc(part) or f"A {sort} of your own."}
     body["__pydantic_config__"] = {**Settings.__pydantic_config__, "arbitrary_types_allowed": True}
     made = make_dataclass(
@@ -73,12 +75,12 @@ def _default(parameter: inspect.Parameter) -> Any:
 
 
 def _own(value: Any) -> Any:
-    """A value that nobody else can change."""
+    """The value, or a copy if it can be changed."""
     return value if isinstance(value, Hashable) else deepcopy(value)
 
 
 def _hints(part: Callable[..., Any]) -> dict[str, Any]:
-    """Types of a part's arguments, as far as they can be told."""
+    """Types of a part's arguments, as far as they can be found out."""
     try:
         made_by: Any = part.__init__ if isinstance(part, type) else part  # type: ignore[misc]
         hints = get_type_hints(made_by, include_extras=True)

@@ -36,14 +36,14 @@ __all__ = [
 
 
 class Kinds:
-    """The kinds of one sort of part, by name. In `Annotated[Settings, LEARNERS]` it tells pydantic what fits there.
+    """The kinds of one sort of part, by name. `Annotated[Settings, LEARNERS]` tells pydantic which settings are valid.
 
     Args:
-        sort: what they are, such as "learner".
+        sort: the sort of part, such as "learner".
         made_from: what each part of this sort is made from, by the names of the context's attributes. A class of your
             own takes these as its first arguments.
-        default: the kind of a table that names none; a table must name one where this is None.
-        kept: further arguments that are no settings, because whoever uses the part gives them.
+        default: the kind of a table that does not name one; None if every table must.
+        kept: further arguments that are not settings, because the user of the part gives them.
     """
 
     def __init__(
@@ -66,7 +66,7 @@ class Kinds:
         NAMES[place] = name
 
     def remove(self, name: str) -> None:
-        """Forget a kind; for tests."""
+        """Remove a kind. Tests use this."""
         NAMES.pop(self._places.pop(name), None)
 
     def __iter__(self) -> Iterator[str]:
@@ -77,7 +77,7 @@ class Kinds:
         """The settings of a kind, by its name or place.
 
         Raises:
-            UnknownKind: there is no such kind, or what stands there is none.
+            UnknownKind: there is no such kind, or the object at that place is none.
         """
         place = self._places.get(name) or entry_points_of(self.sort).get(name) or name
         module, colon, attribute = place.partition(":")
@@ -91,7 +91,7 @@ class Kinds:
                 f"was handed over when the run began and cannot be imported; hand it over again: {self._again}"
             )
         if not is_importable(module, attribute):
-            raise UnknownKind(f"is no place of a part; write it as my_package.my_file:My{self.sort.title()}")
+            raise UnknownKind(f"is not the place of a part; write it as my_package.my_file:My{self.sort.title()}")
         return self.of(found(module, attribute), NAMES.get(place, place))
 
     def of(self, part: Any, name: str | None = None) -> type[Settings]:
@@ -99,12 +99,12 @@ class Kinds:
 
         Args:
             part: settings, class or function.
-            name: what a description calls it; its place if None.
+            name: its name in a description; its place if None.
         """
         if isinstance(part, type) and issubclass(part, Settings):
             return _whole(part)
         if not callable(part):
-            raise UnknownKind(f"is no {self.sort}: it is {part!r}, which makes nothing")
+            raise UnknownKind(f"is no {self.sort}: it is {part!r}, which is neither a part nor makes one")
         place = place_of(part)
         return derived(part, name or NAMES.get(place, place), self.sort, self.made_from, self.kept)
 
@@ -117,7 +117,7 @@ class Kinds:
         return core_schema.no_info_plain_validator_function(self.validated, serialization=dump)
 
     def validated(self, value: Any) -> Settings:
-        """Settings from what a description may hold: a table with its `kind`, the name alone, settings, or a part."""
+        """Settings from a value of a description: a table with its `kind`, a name, settings, or a part."""
         from pydantic_core import PydanticCustomError
 
         kinds = {"kinds": ", ".join(self)}
@@ -170,7 +170,7 @@ def _whole(settings: type[Settings]) -> type[Settings]:
 
 
 def handed_over(kinds: Kinds, part: Any) -> Settings:
-    """Settings that stand for a part as it was handed over: its class, a function that makes it, or the part itself."""
+    """Settings that stand for a part given in Python: a class, a function that makes the part, or the part itself."""
     if isinstance(part, type) or not hasattr(part, _CONTRACT_OF[kinds.sort]):
         return part if isinstance(part, Settings) else _all_defaults(kinds.of(part))
     kind = type(part)

@@ -1,4 +1,4 @@
-"""Where parts stand: `module:Name`, names of kinds and entry points, and what stands there."""
+"""Finds parts by their place, `module:Name`, by the name of a kind, or by an entry point."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ NAMES: dict[str, str] = {}
 
 
 class UnknownKind(ValueError):
-    """A kind that cannot be found; the message says which there are, and how to name one of your own."""
+    """A kind that cannot be found. The message lists the known ones, and says how to name one of your own."""
 
 
 def _group_of(sort: str) -> str:
@@ -43,7 +43,7 @@ def _group_of(sort: str) -> str:
 
 @cache
 def entry_points_of(sort: str) -> dict[str, str]:
-    """Kinds that installed packages offer: name and place."""
+    """Kinds that installed packages offer, as places by name."""
     return {entry.name: entry.value for entry in entry_points(group=_group_of(sort))}
 
 
@@ -57,7 +57,7 @@ def said(kind: Any) -> str:
 
 
 def place_of(part: Callable[..., Any]) -> str:
-    """`module:Name` of a class or function; of what does not stand there, such as a partial one, no place."""
+    """`module:Name` of a class or function; a text that is no place if it cannot be imported, as for a partial one."""
     named = part if hasattr(part, "__qualname__") else type(part)
     module, names = getattr(named, "__module__", None) or "", str(named.__qualname__)
     if module == "__main__" or NOT_BY_PLACE.search(names):
@@ -70,7 +70,7 @@ def place_of(part: Callable[..., Any]) -> str:
 
 
 def found(module: str, attribute: str) -> Any:
-    """What stands at a place: of an installed module, or else of one in the current folder."""
+    """The object at a place, in an installed module or else in one of the current folder."""
     here = str(Path.cwd())
     try:
         try:

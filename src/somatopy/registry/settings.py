@@ -1,4 +1,4 @@
-"""What configures a part: the base of all settings, and what they find when they build it."""
+"""The base class of all settings, and the context that settings get when they build their part."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ Positive = Annotated[float, Gt(0), Predicate(isfinite)]
 
 
 class BuildContext(Protocol):
-    """What an experiment hands over to settings that build a part. Each sort of part finds there what is built by then.
+    """What settings know about the experiment when they build a part, including the parts built so far.
 
-    The body is built first, then eye, babbler, learner, and the interventions last. What is asked for too early, or
-    cannot be told of this robot, is a ValueError.
+    The body is built first, then eye, babbler and learner, and the interventions last. Asking for something that is not
+    built yet, or that this robot does not have, raises a ValueError.
     """
 
     @property
@@ -50,7 +50,7 @@ class BuildContext(Protocol):
 
     @property
     def arm_speed(self) -> float | None:
-        """Speed of the arm's set-points, rad/s, where the babbler's settings say it."""
+        """Speed of the arm's set-points, rad/s, if the babbler's settings give it."""
         ...
 
     @property
@@ -64,7 +64,7 @@ class BuildContext(Protocol):
         ...
 
     def told(self, **more: Any) -> BuildContext:
-        """The same, with further attributes: what a part tells the parts that it is made of."""
+        """A copy of the context with further attributes, for the parts that a part itself is made of."""
         ...
 
     def range(self, name: str) -> Floats:
@@ -82,7 +82,7 @@ class BuildContext(Protocol):
 
 @dataclass(frozen=True)
 class Settings:
-    """What configures a part, typed and validated. Derive a frozen dataclass; its docstring says what the part is."""
+    """Typed and validated settings of a part. Derive a frozen dataclass, whose docstring describes the part."""
 
     #: For pydantic: an unknown key is an error.
     __pydantic_config__: ClassVar[Any] = {"extra": "forbid"}
@@ -97,7 +97,7 @@ class Settings:
 
     @property
     def kind(self) -> str:
-        """The name by which a description knows it."""
+        """Its name in a description."""
         return kind_of(type(self))
 
     def replaced(self, **changes: Any) -> Self:
@@ -116,7 +116,7 @@ class Settings:
 
 
 def table_of(settings: Any) -> dict[str, Any]:
-    """Settings as a table; tables in it likewise, but not the kinds of other parts, which validate themselves."""
+    """Settings as a table, with nested tables. Settings of other parts stay as they are; they validate themselves."""
     values = {entry.name: getattr(settings, entry.name) for entry in fields(settings)}
     return {key: table_of(value) if _is_table(value) else value for key, value in values.items()}
 

@@ -1,6 +1,6 @@
-"""Studies: many runs, planned, run in many processes, and gathered in one table.
+"""Studies: many runs, in many processes, whose measures are gathered in one table.
 
-Names are imported when first used: what only starts processes on a machine of a cluster stays small.
+Names are imported when they are first used, which keeps processes small that only start others on a cluster.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A study in one call."""
+"""Run a study in one call."""
 
 from __future__ import annotations
 
@@ -30,24 +30,23 @@ def study(
     """Run many experiments, each under many seeds, in processes of this machine or on a Ray cluster.
 
     Args:
-        what: a study file (TOML), which may be that of a search, a study, or descriptions by the name of their
-            condition.
-        seeds: how many seeds, from `seed` up, or a list of seeds; for descriptions.
+        what: a study file (TOML), also that of a search; a study; or descriptions by the name of their condition.
+        seeds: number of seeds, from `seed` up, or a list of seeds. Only for descriptions.
         seed: the first seed.
-        eye: the eye of all descriptions that are given by name; by default the geometric one, which is a model of the
-            detector and hundreds of times as fast. None leaves each description its own.
-        out: the study folder: new, empty, or one from which to go on; runs/<time>_<name> if None.
-        processes: how many processes work; as many as there are cores if None.
+        eye: the eye for all descriptions that are given by name. By default it is the geometric one, a model of the
+            detector that is hundreds of times as fast. None keeps the eye of each description.
+        out: the study folder: new, empty, or one of a study to continue; runs/<time>_<name> if None.
+        processes: number of processes; as many as there are cores if None.
         ray: the address of a Ray cluster on which the cells run, as docs/studies.md explains; this machine if None.
-        progress: whether to show how far it is, on standard error.
+        progress: whether to show the progress on standard error.
 
     Returns:
         The study folder, opened: its `table` has one row for each phase of each run.
 
     Raises:
-        DescriptionError: something cannot be run, the folder cannot be used, or no Ray cluster answers;
-            nothing has run then.
-        Interrupted: on Ctrl-C; what has ended is kept, and the same call goes on.
+        DescriptionError: something cannot be run, the folder cannot be used, or no Ray cluster answers. Nothing has run
+            then.
+        Interrupted: on Ctrl-C. Finished cells are kept, and the same call continues the study.
     """
     if isinstance(what, str | Path):
         table = load_plan(what)
@@ -64,7 +63,7 @@ def study(
 
 
 def backend_for(plan: Study, ray: str | None) -> Callable[[Path], Backend] | None:
-    """What `perform` needs for a Ray cluster at an address; None for this machine.
+    """The backend for `perform` on a Ray cluster at an address; None for this machine.
 
     Raises:
         DescriptionError: see `on_cluster`.
@@ -84,7 +83,7 @@ def _conditions(described: Mapping[str, Description], seeds: tuple[int, ...], ey
         )
     if wrong := [name for name, one in described.items() if not isinstance(one, Description)]:
         raise DescriptionError(
-            f"{wrong[0]!r} must be a description, such as paper(), not {described[wrong[0]]!r}. What a study file "
-            "holds, as plain data, becomes a study by somatopy.studies.planned."
+            f"{wrong[0]!r} must be a description, such as paper(), not {described[wrong[0]]!r}. To make a "
+            "study from the plain data of a study file, call somatopy.studies.planned."
         )
     return [Condition(name, changed(one, {"eye": eye}) if eye else one, seeds) for name, one in described.items()]

@@ -1,7 +1,7 @@
-"""Cells on a Ray cluster: machines that share no disk, of which any may leave or join while a study runs.
+"""Runs cells on a Ray cluster, whose machines share no disk, and may join or leave while a study runs.
 
-A cell is a Ray task of one CPU. The task hands it to a process of its own, as on one machine, so that a cell that
-crashes is told from a machine that is lost: the first has failed, the second is tried again. Only measures come back.
+A cell is a Ray task of one CPU. The task starts a process for the cell, as on one machine. A cell that crashes can thus
+be told from a machine that is lost: the first has failed, while the second is tried again. Only measures are sent back.
 """
 
 from __future__ import annotations
@@ -33,10 +33,10 @@ _CRASHES = 3
 
 
 def on_cluster(study: Study, address: str) -> Callable[[Path], Backend]:
-    """What `perform` needs to run a study on a Ray cluster.
+    """The backend with which `perform` runs a study on a Ray cluster.
 
     Args:
-        study: the study, whose own parts travel to the cluster.
+        study: the study. Parts of your own that it uses are sent to the cluster.
         address: HOST:PORT of a cluster to which this machine belongs, "auto" for the one that runs on this machine, or
             ray://HOST:PORT from outside of it.
 
@@ -58,13 +58,13 @@ class Cluster:
 
     Args:
         address: see `on_cluster`.
-        modules: modules and packages that travel there, files or folders.
+        modules: modules and packages that are sent there, as files or folders.
 
     Attributes:
-        capacity: how many CPUs it has now, but at least 1.
+        capacity: number of CPUs that it has now, at least 1.
 
     Raises:
-        DescriptionError: it cannot be reached, or its Python or Ray has another version.
+        DescriptionError: the cluster cannot be reached, or its Python or Ray has another version.
     """
 
     def __init__(self, address: str, modules: Iterable[Path]) -> None:
@@ -83,7 +83,7 @@ class Cluster:
         self._look()
 
     def submit(self, task: Task) -> None:
-        """Start a cell, on the machine that has become free if its first phase has been trained there."""
+        """Start a cell, if possible on a machine on which its first phase has been trained."""
         stays = self._freed in self._trained[task.trunk]
         strategy = self._at(self._freed) if stays else "DEFAULT"
         options = {"num_cpus": 1, "max_retries": 0, "scheduling_strategy": strategy}
@@ -91,7 +91,7 @@ class Cluster:
         self._under_way[reference] = task
 
     def next(self) -> Outcome | None:
-        """Wait until a cell ends, or for a moment: machines may have joined."""
+        """Wait for a cell to end, but only for a moment, since machines may have joined."""
         references = [*self._under_way]
         if not references:
             time.sleep(_LOOK_S)
@@ -105,7 +105,7 @@ class Cluster:
             self._remove_at(node, f"training-{trunk}")
 
     def close(self) -> None:
-        """End what is under way, remove what was written on the machines, and leave the cluster as it was."""
+        """End all running cells, remove all files that were written on the machines, and disconnect."""
         try:
             for reference in self._under_way:
                 self._ray.cancel(reference, force=True)
@@ -152,10 +152,10 @@ class Cluster:
 
 
 def modules_for(study: Study) -> list[Path]:
-    """What travels: somatopy itself, and each module or package in which the study's descriptions have parts.
+    """The code that is sent to a cluster: somatopy, and each module or package with parts of the study.
 
-    A cell's key tells the code that runs it, so that somatopy travels even where it is installed. Of installed packages
-    only those travel that are named in a description.
+    somatopy is sent even to machines where it is installed, because a cell's key depends on the code that runs it. Of
+    installed packages only those are sent that a description names.
     """
     installed = {Path(sysconfig.get_path(name)) for name in ("purelib", "platlib")}
     found = {"somatopy": Path(__file__).parents[1]}

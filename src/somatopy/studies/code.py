@@ -1,9 +1,9 @@
-"""Which code a cell depends on, and a digest of it, told from the cell's description alone.
+"""Finds the code that a cell depends on, from the cell's description alone, and makes a digest of it.
 
 The modules are found by following the imports in their syntax trees, from the session and from the settings that the
-description names. A package stands only for what is asked of it: `from somatopy.eyes import GeometricEye` leads to the
-module of the geometric eye and to no other eye. So a new learner leaves the cells of all others as they are. Docstrings
-and comments do not count, and neither does the analysis, which reads what was run.
+description names. Of a package only the modules count that are used: `from somatopy.eyes import GeometricEye` leads to
+the module of the geometric eye and to no other eye. So a new learner does not change the digests of cells with other
+learners. Docstrings and comments do not count, and neither does the analysis, which only reads runs.
 """
 
 from __future__ import annotations
@@ -55,10 +55,10 @@ def packages() -> dict[str, str]:
 
 
 def modules_of(description: Description) -> dict[str, Path]:
-    """The modules below analysis that a run of a description needs, somatopy's and those of parts of its own.
+    """The modules that a run of a description needs, without the analysis: somatopy's and those of your own parts.
 
     Returns:
-        Files by dotted name. Packages that only gather names of their modules are left out.
+        Files by dotted name, without packages that only collect names from their modules.
     """
     return _modules(dict.fromkeys(places(description)))
 

@@ -1,4 +1,4 @@
-"""Runs a study: every cell that is not finished yet, in an order in which cells can share what they have in common."""
+"""Runs the unfinished cells of a study, in an order in which cells can share what they have in common."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ __all__ = ["Backend", "Queue", "perform"]
 
 
 class Backend(Protocol):
-    """What runs cells somewhere."""
+    """Something that can run cells, such as processes of this machine or a cluster."""
 
     capacity: int
 
     def submit(self, task: Task) -> None:
-        """Start a cell; fewer than `capacity` are under way."""
+        """Start a cell. Fewer than `capacity` cells are running."""
         ...
 
     def next(self) -> Outcome | None:
-        """Wait until a cell ends; None if none has, and the capacity may have changed."""
+        """Wait until a cell ends. None if none has ended; the capacity may have changed then."""
         ...
 
     def forget(self, trunk: str) -> None:
@@ -42,7 +42,7 @@ class Backend(Protocol):
         ...
 
     def close(self) -> None:
-        """End what is under way."""
+        """End all running cells."""
         ...
 
 
@@ -55,21 +55,22 @@ def perform(
     progress: bool = True,
     failed: Sequence[Mapping[str, Any]] = (),
 ) -> StudyResult:
-    """Run all cells of a study that have not ended yet.
+    """Run all cells of a study that are not finished yet.
 
     Args:
-        study: what is studied.
+        study: the study.
         out: the study folder: new, empty, or one in which a study has run; runs/<time>_<name> if None.
-        processes: how many processes of this machine work; as many as there are cores if None.
-        backend: makes what runs the cells, from the folder of what they share; processes of this machine if None.
-        progress: whether to show how far it is, on standard error.
-        failed: `failures` of a call before, whose cells are not tried again.
+        processes: number of processes on this machine; as many as there are cores if None.
+        backend: makes the backend that runs the cells, given the folder of what they share; processes of this machine
+            if None.
+        progress: whether to show the progress on standard error.
+        failed: the `failures` of an earlier call. Their cells are not tried again.
 
     Returns:
         The study folder, opened. Cells that failed are in its `failures`.
 
     Raises:
-        DescriptionError: the folder cannot be used, or no process would work.
+        DescriptionError: the folder cannot be used, or the number of processes is less than one.
         Interrupted: on Ctrl-C; finished cells are kept.
     """
     if processes is not None and processes < 1:
@@ -158,14 +159,14 @@ def _tidy(scratch: Path, keep: bool) -> None:
 
 
 class Queue:
-    """Cells that wait and cells under way.
+    """The cells that wait and those that run.
 
-    Which cell comes next: one that need not wait for what another cell computes just now, in the order given.
+    Cells come in the given order, except that a cell waits while another one computes something that both share.
 
     Args:
         cells: all cells that have not ended.
-        keep: whether run folders stay.
-        whole: all cells of the study; what those that have ended shared with others may still be there.
+        keep: whether run folders are kept.
+        whole: all cells of the study. What finished cells shared with others may still exist.
     """
 
     def __init__(self, cells: Sequence[Cell], keep: bool = False, whole: Sequence[Cell] | None = None) -> None:

@@ -1,4 +1,4 @@
-"""What a study needs: cells, processor hours, memory and disk, told from a short trial of each sort of run."""
+"""Estimates the processor time, memory and disk that a study needs, from a short trial of each sort of run."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ class Estimate:
     """What a study would need on this machine.
 
     Attributes:
-        cells: how many cells.
-        frames: how many frames, those counted once that several cells share.
+        cells: number of cells.
+        frames: number of frames. Frames that several cells share are counted once.
         cpu_hours: processor time.
-        wall_hours: time with so many processes.
-        processes: how many.
-        memory_bytes: of all processes together.
-        disk_bytes: of the study folder while it runs.
+        wall_hours: time with this number of processes.
+        processes: number of processes.
+        memory_bytes: memory of all processes together.
+        disk_bytes: size of the study folder while the study runs.
     """
 
     cells: int
@@ -46,11 +46,11 @@ class Estimate:
     disk_bytes: float
 
     def table(self) -> Mapping[str, Any]:
-        """Plain data."""
+        """The estimate as plain data."""
         return dict(vars(self))
 
     def text(self) -> str:
-        """In words, one number a line."""
+        """The estimate as text, one number a line."""
         return (
             f"cells        {self.cells:,}\n"
             f"frames       {self.frames:,}\n"
@@ -67,11 +67,11 @@ def _said(amount: float) -> str:
 
 
 def estimate(study: Study, processes: int | None = None) -> Estimate:
-    """What a study would need.
+    """Estimate what a study would need.
 
     Args:
-        study: what would run.
-        processes: how many processes; as many as there are cores if None.
+        study: the study.
+        processes: number of processes; as many as there are cores if None.
     """
     cells = list({cell.key: cell for cell in study.cells()}.values())
     workers = min(processes or cores(), len(cells))

@@ -1,4 +1,4 @@
-"""The study folder: what is studied, the rows of all finished cells, and what failed. Only the driver writes it."""
+"""The study folder: the study, the rows of all finished cells, and failures. Only the driver writes to it."""
 
 from __future__ import annotations
 
@@ -33,20 +33,20 @@ Rows = list[dict[str, Any]]
 
 
 class StudyFolder:
-    """A folder that holds a study, and from which it can go on.
+    """A folder that holds a study, and from which the study can continue.
 
-    Rows of cells that ended since the table was written stand in a journal, one line a cell: a crash at any moment
-    loses no finished cell.
+    Cells that have ended since the table was last written are in a journal, one line for each. So no crash loses a
+    finished cell.
 
     Args:
         path: the folder, new, empty, or that of a study.
 
     Attributes:
         path: see above.
-        scratch: where cells that are under way have their run folders.
+        scratch: the folder in which running cells have their run folders.
 
     Raises:
-        DescriptionError: it cannot be written, or holds something else.
+        DescriptionError: the folder cannot be written, or holds something else.
     """
 
     def __init__(self, path: str | Path | None, name: str) -> None:
@@ -68,13 +68,13 @@ class StudyFolder:
 
     @contextmanager
     def opened(self, study: Study) -> Iterator[dict[str, Rows]]:
-        """Hold the folder for this process, and write what happens in it.
+        """Lock the folder for this process, and record what happens in it.
 
         Yields:
-            The rows of each finished cell, by key; those that other studies left in the folder among them.
+            The rows of each finished cell, by key, including cells that other studies have left in the folder.
 
         Raises:
-            DescriptionError: another process has it, or its table cannot be read.
+            DescriptionError: another process has locked it, or its table cannot be read.
         """
         with (self.path / ".lock").open("w") as lock:
             try:
@@ -93,7 +93,7 @@ class StudyFolder:
                 (self.path / JOURNAL).unlink()
 
     def kept(self) -> dict[str, Rows]:
-        """The rows of each finished cell, by key, as the files have them; nothing is written.
+        """The rows of each finished cell, by key, read from the files. Nothing is written.
 
         Raises:
             DescriptionError: a file cannot be read.
@@ -101,7 +101,7 @@ class StudyFolder:
         return {**self._tabled(OTHERS), **self._tabled(CELLS), **self._journalled()}
 
     def append(self, cell: Cell, rows: Rows) -> None:
-        """Keep the rows of a cell that has ended."""
+        """Record the rows of a cell that has ended."""
         whole = [{"key": cell.key, "description": cell.description, "code": cell.code, **row} for row in rows]
         self.rows[cell.key] = whole
         named = [{**_named(cell), **row} for row in whole]
@@ -111,7 +111,7 @@ class StudyFolder:
         os.fsync(self._journal.fileno())
 
     def write_failures(self, failures: Sequence[Mapping[str, Any]]) -> None:
-        """Keep what failed."""
+        """Record the failures."""
         write_whole(self.path / FAILURES, json.dumps(failures, indent=2) + "\n")
 
     def _write_plan(self, study: Study) -> None:
@@ -194,7 +194,7 @@ def _column(value: Any) -> str | float | int | bool | None:
 
 
 def plain(value: Any) -> Any:
-    """A table as TOML has it, which has no null: an absent key means the default."""
+    """A table without keys that are None, since TOML has no null. An absent key means the default."""
     if isinstance(value, dict):
         return {key: plain(entry) for key, entry in value.items() if entry is not None}
     return [plain(entry) for entry in value] if isinstance(value, list) else value

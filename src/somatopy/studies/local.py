@@ -1,4 +1,4 @@
-"""Cells in processes of this machine. One that ends, however it ends, takes no other with it."""
+"""Runs cells in processes of this machine. If one of them crashes, the others go on."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ class Outcome(NamedTuple):
     """How a cell ended.
 
     Attributes:
-        key: of the cell.
-        rows: its measures; None if it failed.
-        cause: why it failed; "" if it did not.
+        key: key of the cell.
+        rows: measures of the cell; None if it failed.
+        cause: why the cell failed; "" if it did not.
     """
 
     key: str
@@ -111,8 +111,8 @@ class Local:
     """Processes of this machine.
 
     Args:
-        scratch: a folder for what the processes share.
-        processes: how many; as many as there are cores if None.
+        scratch: a folder for files that the processes share.
+        processes: number of processes; as many as there are cores if None.
     """
 
     def __init__(self, scratch: Path, processes: int | None = None) -> None:
@@ -122,7 +122,7 @@ class Local:
         self._started = 0
 
     def submit(self, task: Task) -> None:
-        """Start a cell; there must be fewer than `capacity` under way."""
+        """Start a cell. Fewer than `capacity` cells may be running."""
         free = next((each for each in self._processes if not each.key and each.popen.poll() is None), None)
         if free is None:
             free = _Process(self._started, self._scratch)
@@ -149,7 +149,7 @@ class Local:
         shutil.rmtree(self._scratch / f"training-{trunk}", ignore_errors=True)
 
     def close(self) -> None:
-        """End all processes; those that run a cell keep a checkpoint of it."""
+        """End all processes. Those that run a cell write a checkpoint of it."""
         for process in self._processes:
             if process.key:
                 process.popen.send_signal(signal.SIGTERM)
@@ -159,5 +159,5 @@ class Local:
 
 
 def cores() -> int:
-    """Cores that this process may use."""
+    """Number of cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

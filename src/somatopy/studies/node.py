@@ -1,6 +1,6 @@
-"""What Ray workers do on a machine of the cluster: hand cells to a process of their own, and remove what was written.
+"""What Ray workers do on a machine of the cluster: they run each cell in a process of its own, and clean up.
 
-It imports little: a Ray worker is there for each CPU, beside the process that does the work.
+This module imports little, because each CPU has a Ray worker beside the process that does the work.
 """
 
 from __future__ import annotations

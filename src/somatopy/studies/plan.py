@@ -1,4 +1,4 @@
-"""What is studied: conditions, each under some seeds. Every pair of condition and seed is a cell."""
+"""The plan of a study: conditions, each under some seeds. Every pair of a condition and a seed is a cell."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ class Cell:
 
     Attributes:
         condition: name of the condition.
-        factors: what the study says of the condition, one value for each factor.
+        factors: the condition's value of each factor of the study.
         experiment: the description, with its seed.
         ceiling: whether ceiling and reactive bound are computed.
-        every: frames from one that the ceiling looks at to the next.
+        every: the ceiling looks at one frame out of so many.
     """
 
     condition: str
@@ -47,7 +47,7 @@ class Cell:
 
     @cached_property
     def description(self) -> str:
-        """A digest of what is run, whatever it is called and whatever code runs it."""
+        """A digest of what is run, independent of names and of the code that runs it."""
         bounds = "" if self.every == EVERY else f" ceiling every {self.every}"
         return digest(self._said(self.experiment) + (bounds if self.ceiling else " without ceiling"))
 
@@ -58,18 +58,18 @@ class Cell:
 
     @property
     def key(self) -> str:
-        """A digest of both: a cell with the same key has the same results."""
+        """A digest of description and code. Cells with the same key have the same results."""
         return digest(self.description + self.code)
 
     @cached_property
     def training(self) -> Description | None:
-        """The experiment up to the end of its first phase, which other cells may share; None if that is all."""
+        """The experiment up to the end of its first phase, which other cells may share; None if it has no other."""
         phases = self.experiment.phases
         return self.experiment.replaced(phases=phases[:1], name="training") if len(phases) > 1 else None
 
     @cached_property
     def trunk(self) -> str:
-        """A digest of its first phase and of the code of that alone: cells with the same one differ only after it."""
+        """A digest of the first phase and its code. Cells with the same digest share that phase."""
         first = self.training or self.experiment
         return digest(self._said(first) + code_digest(first))
 
@@ -92,13 +92,13 @@ class Cell:
 
 @dataclass(frozen=True)
 class Condition:
-    """One of the things that a study compares.
+    """One of the conditions that a study compares: an experiment, run under several seeds.
 
     Attributes:
         name: its name, which no other condition of the study has.
-        experiment: what is run, under each of the seeds.
+        experiment: the experiment that is run under each of the seeds.
         seeds: the seeds.
-        factors: what it says of each factor of the study, by name.
+        factors: its value of each factor of the study, by name.
     """
 
     name: str
@@ -112,15 +112,15 @@ class Study:
     """Conditions and their seeds.
 
     Attributes:
-        name: goes into the name of the study folder.
+        name: name of the study, which becomes part of the folder's name.
         conditions: what is compared.
         ceilings: whether the ceiling and the reactive bound of each cell are computed.
-        keep_frames: whether the run folders of all cells stay in the study folder.
-        ceiling_every: frames from one that the ceiling looks at to the next.
+        keep_frames: whether the run folders of all cells are kept in the study folder.
+        ceiling_every: the ceiling looks at one frame out of so many.
 
     Raises:
-        DescriptionError: no conditions, two of one name, a part that other processes cannot import, or frames that are
-            no whole number from 1 up.
+        DescriptionError: there are no conditions, two have the same name, a part cannot be imported by other processes,
+            or `ceiling_every` is not a whole number from 1 up.
 
     Example:
         >>> from somatopy import paper
@@ -138,8 +138,8 @@ class Study:
     def __post_init__(self) -> None:
         if type(self.ceiling_every) is not int or self.ceiling_every < 1:
             raise DescriptionError(
-                f"ceiling_every = {self.ceiling_every!r} must say from how many frames the ceiling looks at one: a "
-                f"whole number from 1, every frame, up. If it is not given, that is {EVERY}."
+                f"ceiling_every = {self.ceiling_every!r} must be a whole number from 1 up: the ceiling looks at "
+                f"one frame out of so many. If it is not given, it is {EVERY}."
             )
         names = [condition.name for condition in self.conditions]
         if not names:
@@ -185,7 +185,7 @@ def seeds_of(seeds: Any, seed: int = 0) -> tuple[int, ...]:
     """Seeds from a number of them, or from a list.
 
     Args:
-        seeds: how many, from `seed` up; or the seeds themselves.
+        seeds: number of seeds, from `seed` up, or the seeds themselves.
         seed: the first one.
 
     Raises:

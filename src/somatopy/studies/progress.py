@@ -1,4 +1,4 @@
-"""How far a study is: cells done, time left, failures."""
+"""The progress bar of a study: finished cells, time left, failures."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ __all__ = ["StudyProgress"]
 
 
 class StudyProgress:
-    """A bar on standard error, which is there for as long as the context lasts.
+    """A progress bar on standard error, shown while the context lasts.
 
     Args:
         cells: all cells of the study.

@@ -1,4 +1,4 @@
-"""A study from TOML: what all conditions have in common, a grid, a list of conditions, or random draws."""
+"""Reads a study from TOML: a grid, a list of conditions, or random draws, and what all conditions have in common."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def planned(table: Mapping[str, Any]) -> Study:
         table: `preset` or `base`, a description file; `every`, changes of all conditions; `grid`, lists of values by
             key; `conditions`, tables of changes, each with its name; `sweep`, distributions to draw from. Changes are
             as in `changed`. Where both are given, each condition is crossed with the grid and the sweep.
-            What stands in `every` is changed before them.
+            The changes in `every` are applied first.
 
     Raises:
         DescriptionError: an unknown key, or something that cannot be run; each condition is named.
@@ -141,7 +141,7 @@ def _conditions(table: Mapping[str, Any]) -> list[dict[str, Any]]:
 
 
 def flattened(table: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
-    """Nested tables as dotted keys; a table that names a kind stays whole, since it stands for a part.
+    """Nested tables as dotted keys. A table that names a kind stays whole, since it describes a part.
 
     Example:
         >>> flattened({"babbling": {"speed": 0.25}, "learner": {"kind": "nearest"}})
@@ -225,7 +225,7 @@ def space_of(key: str, space: Any) -> dict[str, Any]:
     """A distribution: {low, high}, with log = true or not, or {choices}; a list is a choice.
 
     Raises:
-        DescriptionError: it is none.
+        DescriptionError: it is no distribution.
     """
     found: Any = {"choices": space} if isinstance(space, list) else space
     if isinstance(found, Mapping):

@@ -1,4 +1,4 @@
-"""Whether what a study folder holds is what today's code would give: stale cells, and a sample that is run again."""
+"""Checks whether today's code gives the results in a study folder: lists stale cells, and runs a sample again."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ Rows = list[dict[str, Any]]
 
 @dataclass(frozen=True)
 class Rerun:
-    """A cell that ran again.
+    """The result of running a cell again.
 
     Attributes:
         condition: name of its condition.
         seed: its seed.
-        differs: by how much each measure differs at most that is not the same to the last bit, in its own unit;
-            infinite where one of both is no number.
+        differs: for each measure that is not the same to the last bit, the largest difference, in its unit; infinite if
+            one of the two values is no number.
         cause: why it failed; "" if it did not.
     """
 
@@ -63,12 +63,12 @@ class Rerun:
 
 @dataclass(frozen=True)
 class Check:
-    """What a check found.
+    """The result of `recheck`.
 
     Attributes:
-        stale: cells whose rows come from other code than today's, by condition and seed.
+        stale: cells whose rows were made by other code than today's, by condition and seed.
         unfinished: cells without rows.
-        reruns: the sample.
+        reruns: the cells of the sample.
     """
 
     stale: list[tuple[str, int]]
@@ -77,7 +77,7 @@ class Check:
 
     @property
     def equal(self) -> bool:
-        """Whether each cell that ran again gave the same to the last bit."""
+        """Whether each cell of the sample gave the same measures to the last bit."""
         return all(rerun.equal for rerun in self.reruns)
 
     def table(self) -> dict[str, Any]:
@@ -101,15 +101,15 @@ class Check:
 
 
 def recheck(study: Study, folder: str | Path, processes: int | None = None) -> Check:
-    """List the cells of a study that other code ran, or none, and run a sample of the others again.
+    """List the cells of a study that are unfinished or were run by other code, and run a sample of cells again.
 
-    The sample are the cells with the fewest frames, stale ones first, each in one piece: nothing is shared with other
-    cells. Nothing is written into the study folder.
+    The sample consists of the cells with the fewest frames, stale ones first. Each is run as a whole and shares nothing
+    with other cells. Nothing is written into the study folder.
 
     Args:
-        study: what is studied, as today's study file says it.
+        study: the study, as today's study file describes it.
         folder: its folder.
-        processes: how many processes work; as many as there are cores if None.
+        processes: number of processes; as many as there are cores if None.
 
     Raises:
         DescriptionError: no study folder, or its table cannot be read.

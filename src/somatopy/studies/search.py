@@ -1,7 +1,8 @@
-"""A search for settings: an optimiser proposes conditions, each is run under some seeds, and a loss judges it.
+"""Searches for good settings: an optimiser proposes conditions, each is run under some seeds, and a loss rates it.
 
-The optimiser is optuna's. It proposes a batch at a time, and hears of a batch when all its cells have ended; so the
-same search proposes the same settings again, however many processes run it, and goes on where it was stopped.
+The optimiser is one of optuna's. It proposes one batch of settings at a time, and gets the losses when all cells of the
+batch have ended. Therefore the same search always proposes the same settings, however many processes run it, and can
+continue where it was stopped.
 """
 
 from __future__ import annotations
@@ -39,18 +40,18 @@ KEYS = ("space", "trials", "batch", "optimiser", "loss", "seed", "start")
 
 @dataclass(frozen=True)
 class Search:
-    """What is searched.
+    """A search: what is varied, within which limits, and how proposals are rated.
 
     Attributes:
         name: goes into the name of the study folder.
         base: the experiment that settings change.
         space: by key, the distribution that the optimiser draws from; see `space_of`.
-        seeds: under which each proposal is run.
-        trials: how many proposals.
-        batch: how many are proposed at once.
+        seeds: the seeds under which each proposal is run.
+        trials: number of proposals.
+        batch: number of proposals that are made at once.
         optimiser: one of `OPTIMISERS`.
         loss: the name of a loss, or its place.
-        seed: of the optimiser.
+        seed: seed of the optimiser.
         start: settings that are tried first.
         ceilings: whether ceilings are computed.
     """
@@ -187,10 +188,10 @@ def named_loss(name: str) -> Loss:
 
 
 def search(what: Search, out: str | Path | None = None, *, ray: str | None = None, **how: Any) -> StudyResult:
-    """Run a search; what has been run in the folder already is not run again.
+    """Run a search. Proposals that have been run in the folder already are not run again.
 
     Args:
-        what: what is searched.
+        what: the search.
         out: the study folder; runs/<time>_<name> if None.
         ray: the address of a Ray cluster on which the cells run; this machine if None.
         how: `processes`, `backend` and `progress`, as `perform` takes them.
@@ -227,7 +228,7 @@ def search(what: Search, out: str | Path | None = None, *, ray: str | None = Non
         if result:
             write_whole(result.path / LOSSES_FILE, json.dumps({"loss": what.loss, "losses": losses}, indent=1) + "\n")
     if result is None:
-        raise DescriptionError(f"The search {what.name!r} has no proposal that can be run: look at its space.")
+        raise DescriptionError(f"None of the proposals of the search {what.name!r} can be run. Check its space.")
     return result
 
 

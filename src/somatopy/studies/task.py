@@ -1,4 +1,4 @@
-"""What a process is told of a cell. It imports nothing, so that what only hands it on stays small."""
+"""The task of running a cell, as plain data. This module imports nothing, to keep processes small."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Task(NamedTuple):
         movement: the name of the arm's movement, if other cells share it; else None.
         ceiling: whether the ceiling is computed.
         keep: whether the run folder stays.
-        every: frames from one that the ceiling looks at to the next.
+        every: the ceiling looks at one frame out of so many.
     """
 
     key: str

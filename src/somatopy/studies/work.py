@@ -1,4 +1,4 @@
-"""The work of one cell: run it, or go on with it, and measure it. It knows neither other cells nor who asked for it."""
+"""The work of one cell: run or continue it, and measure it."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """A process that runs cells for a study: one task a line on standard input, one answer a line on standard output.
 
-It is started by `somatopy.studies.local`. It ends when its input ends, and at once when the process that started it is
-gone, so that nothing goes on in a folder in which a new study may run.
+`somatopy.studies.local` starts it. It ends when its input ends, and immediately when the process that started it is
+gone, so that it cannot go on writing to a folder in which a new study runs.
 """
 
 from __future__ import annotations
