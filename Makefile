@@ -3,7 +3,7 @@ SETUP := sh scripts/setup.sh
 BIN   := .venv/bin
 ARGS  ?=
 
-.PHONY: help reproduce test lint bench gl
+.PHONY: help reproduce test lint bench docs wheel gl
 .DEFAULT_GOAL := help
 
 help:  ## this list
@@ -25,6 +25,13 @@ lint: .venv/ready-test  ## ruff and mypy
 bench: .venv/ready-bench  ## speed of all maps beside other packages; options by ARGS="--sides 30"
 	$(BIN)/python benchmarks/maps.py $(ARGS)
 
+docs: .venv/ready-docs  ## this documentation as a site, in build/site
+	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict --quiet
+	@echo "open build/site/index.html"
+
+wheel: .venv/ready-test  ## wheel and source archive, in dist
+	$(BIN)/python -m build --outdir dist
+
 gl: | .venv/ready
 	@$(SETUP) gl
 
@@ -33,6 +40,9 @@ gl: | .venv/ready
 
 .venv/ready-test: pyproject.toml scripts/setup.sh .venv/ready
 	@$(SETUP) packages test
+
+.venv/ready-docs: pyproject.toml scripts/setup.sh .venv/ready
+	@$(SETUP) packages docs
 
 .venv/ready-bench: pyproject.toml scripts/setup.sh .venv/ready
 	@$(SETUP) packages bench
