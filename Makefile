@@ -30,7 +30,7 @@ docs: .venv/ready-docs  ## this documentation as a site, in build/site
 	@echo "open build/site/index.html"
 
 wheel: .venv/ready-test  ## wheel and source archive, in dist
-	$(BIN)/python -m build --outdir dist
+	$(BIN)/python -m hatchling build --directory dist
 
 gl: | .venv/ready
 	@$(SETUP) gl

@@ -29,11 +29,11 @@ print("and", len(opened.columns) - 8, "more")
 # %% [markdown]
 # ## Frames in pandas
 #
-# `frames` gives a pyarrow table of the columns that you name. From there it is pandas. How often was the hand seen,
-# minute by minute?
+# `to_pandas` gives a table of the columns that you name, one row for each frame; `frames` gives the same as a pyarrow
+# table. How often was the hand seen, minute by minute?
 
 # %%
-frames = opened.frames(["time_s", "hit", "gaze_error_rad"]).to_pandas()
+frames = opened.to_pandas(["time_s", "hit", "gaze_error_rad"])
 by_minute = frames.groupby((frames["time_s"] // 60).astype(int))
 print(by_minute["hit"].mean().rename_axis("minute").round(3).to_string())
 

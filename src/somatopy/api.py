@@ -7,7 +7,7 @@ import shutil
 import signal
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from types import FrameType
@@ -21,6 +21,7 @@ from somatopy.analysis.summary import write_summary
 from somatopy.contract import Modelled, Twin
 from somatopy.experiment import Description, DescriptionError, RunFolder, Session
 from somatopy.experiment.ceiling import EVERY, ceiling
+from somatopy.experiment.frame import Sink
 from somatopy.experiment.missed import miss_distances
 from somatopy.experiment.progress import ProgressBar
 from somatopy.experiment.run_folder import CHECKPOINT, write_json
@@ -44,6 +45,7 @@ def run(
     ceiling: bool = True,
     every: int = EVERY,
     maps: bool = True,
+    sinks: Sequence[Sink] = (),
     **parts: Parts,
 ) -> Run:
     """Run an experiment, then the analysis.
@@ -55,6 +57,7 @@ def run(
         ceiling: whether the ceiling of the run is computed at its end.
         every: frames from one that the ceiling looks at to the next.
         maps: whether what was learned is kept at the end of each window.
+        sinks: what looks on: called with each `Frame`, such as a `TensorBoard`.
         parts: `body`, `eye`, `babbler`, `learner`, `interventions` of your own, as `Session` takes them.
 
     Returns:
@@ -67,6 +70,7 @@ def run(
         Interrupted: on Ctrl-C or SIGTERM, with a checkpoint written.
     """
     with begin(description, out, **parts) as (session, folder):
+        _attach(session, sinks)
         play(session, folder, progress=progress, maps=maps)
         return finish(session, folder.path, bounds=ceiling, every=every, maps=maps)
 
@@ -79,6 +83,7 @@ def resume(
     every: int = EVERY,
     maps: bool = True,
     anyway: bool = False,
+    sinks: Sequence[Sink] = (),
     **parts: Parts,
 ) -> Run:
     """Continue an interrupted or killed run bit for bit, then the analysis; a finished run is only analysed.
@@ -90,6 +95,7 @@ def resume(
         every: frames from one that the ceiling looks at to the next.
         maps: whether what was learned is kept at the end of each window.
         anyway: whether to go on although versions or code are others than those that wrote it.
+        sinks: what looks on: called with each `Frame` from here on.
         parts: the parts of your own that the run began with and that cannot be imported, as `Session` takes them.
 
     Raises:
@@ -98,6 +104,7 @@ def resume(
         Interrupted: on Ctrl-C or SIGTERM, with a checkpoint written.
     """
     with reopen(folder, anyway=anyway, **parts) as (session, opened, since):
+        _attach(session, sinks)
         play(session, opened, since, progress=progress, maps=maps)
         return finish(session, opened.path, bounds=ceiling, every=every, maps=maps)
 
@@ -229,6 +236,11 @@ def play(
     if session.done < session.description.frames:
         frames = "1 frame" if session.done == 1 else f"{session.done} frames"
         raise Interrupted(f"Interrupted after {frames}. {_go_on(named)}")
+
+
+def _attach(session: Session, sinks: Sequence[Sink]) -> None:
+    for sink in sinks:
+        session.attach(sink)
 
 
 def _broken_off(session: Session, folder: RunFolder, named: Path) -> str:
