@@ -1,4 +1,4 @@
-"""What is given to others: the wheel holds the whole package and works away from this folder, the archive all that is needed."""
+"""What is given to others: the wheel holds the whole package and works anywhere; the archive holds all the rest."""
 
 from __future__ import annotations
 
