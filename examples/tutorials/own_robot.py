@@ -55,12 +55,12 @@ print("It keeps the contract of bodies.")
 
 # %%
 described = paper().replaced(body={"model": "my.toml", "motion": "kinematic"}, eye={"kind": "geometric"})
-phase = described.phases[0].replaced(frames=frames_of(5), trend_breaks=())
+phase = described.phases[0].replaced(frames=frames_of(3), trend_breaks=())
 for learner in ("hebbian", "best"):
     described = described.replaced(phases=[phase], learner={"kind": learner})
     summary = run(described, learner, progress=False).summary
     rate, possible = summary["phases"][0]["rate"], summary["ceiling_rate"]
-    print(f"{learner:>8}: hand seen in {rate:.1%} of 5 minutes; {possible:.1%} was possible")
+    print(f"{learner:>8}: hand seen in {rate:.1%} of 3 minutes; {possible:.1%} was possible")
 
 # %% [markdown]
 # Next: [what to do when the hand is not seen](../robots.md#when-the-hand-is-not-seen), [every key of the anatomy

@@ -10,7 +10,7 @@ import somatopy
 from somatopy import paper
 from somatopy.experiment import frames_of
 
-phase = paper().phases[0].replaced(frames=frames_of(5), trend_breaks=())
+phase = paper().phases[0].replaced(frames=frames_of(3), trend_breaks=())
 usual = paper().replaced(phases=[phase], body={"motion": "kinematic"})
 slow = usual.replaced(babbling={"kind": "uniform", "range": "confined", "speed": 0.25})
 result = somatopy.study({"usual": usual, "slow": slow}, seeds=3, out="study", processes=1, progress=False)
@@ -36,7 +36,7 @@ print(f"slow sees the hand {100 * difference.mean():+.1f} points more often than
 print(f"by seed: {difference.round(3).tolist()}")
 
 # %% [markdown]
-# Three seeds of five minutes are too few to tell. The report of a study has the means with their intervals, and says
+# Three seeds of three minutes are too few to tell. The report of a study has the means with their intervals, and says
 # what the seeds cannot tell: `somatopy report study`. The same study goes on where it was stopped, and with
 # `seeds=30` it runs only those that are new.
 #
