@@ -57,4 +57,4 @@ for joint in arm:
     print(f"{joint:>15}: " + ", ".join(f"{name} {share:.0%}" for name, share in thirds.items()))
 
 # %% [markdown]
-# Next: [what else is in a run folder](../report.md#reading-a-run), and [runs by the dozen](study.md).
+# Next: [what else is in a run folder](../report.md#reading-a-run), and [runs by the dozen](../studies.md).
