@@ -3,7 +3,7 @@ SETUP := sh scripts/setup.sh
 BIN   := .venv/bin
 ARGS  ?=
 
-.PHONY: help reproduce test lint bench tables gl
+.PHONY: help reproduce test lint bench tables docs wheel gl
 .DEFAULT_GOAL := help
 
 help:  ## this list
@@ -28,6 +28,13 @@ bench: .venv/ready-bench  ## speed of all maps beside other packages; options by
 tables: .venv/ready-bench  ## docs/maps/tables.md anew: the maps beside minisom on tables
 	$(BIN)/python docs/compare_tables.py $(ARGS)
 
+docs: .venv/ready-docs  ## this documentation as a site, in build/site
+	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict --quiet
+	@echo "open build/site/index.html"
+
+wheel: .venv/ready-test  ## wheel and source archive, in dist
+	$(BIN)/python -m hatchling build --directory dist
+
 gl: | .venv/ready
 	@$(SETUP) gl
 
@@ -36,6 +43,9 @@ gl: | .venv/ready
 
 .venv/ready-test: pyproject.toml scripts/setup.sh .venv/ready
 	@$(SETUP) packages test
+
+.venv/ready-docs: pyproject.toml scripts/setup.sh .venv/ready
+	@$(SETUP) packages docs
 
 .venv/ready-bench: pyproject.toml scripts/setup.sh .venv/ready
 	@$(SETUP) packages bench

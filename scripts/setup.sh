@@ -1,6 +1,6 @@
 #!/bin/sh
 # Prepares this folder; the Makefile calls it, and it may be run again at any time.
-#   setup.sh packages [EXTRA]   .venv with somatopy (editable) and what it needs; EXTRA: test, bench
+#   setup.sh packages [GROUP]   .venv with somatopy (editable) and what it needs; GROUP: test, bench, docs
 #   setup.sh gl                 OpenGL without a display, for the rendered eye
 #   setup.sh osmesa             the fallback too, where it can be had, for its tests
 #   setup.sh browser            Chromium and its driver, for the tests of the report
@@ -43,12 +43,20 @@ make_venv() {
     "$python" -m venv --clear .venv
 }
 
+pip_install() { .venv/bin/python -m pip install --quiet --disable-pip-version-check "$@"; }
+
 install_packages() {
     .venv/bin/python -m pip --version >/dev/null 2>&1 || make_venv
     say "installing the Python packages into .venv (the first time takes some minutes)"
-    .venv/bin/python -m pip install --quiet --disable-pip-version-check --editable ".${1:+[$1]}"
+    # Older ones do not know dependency groups.
+    pip_install "pip>=25.1"
+    case "${1:-}" in
+        "") pip_install --editable ".[all]" ;;
+        test) pip_install --editable ".[all,cluster,robots,tensorboard,wandb]" --group test ;;
+        *) pip_install --editable ".[all]" --group "$1" ;;
+    esac
     # Its models are for any MuJoCo, but the package asks for an older one.
-    [ "${1:-}" != test ] || .venv/bin/python -m pip install --quiet --disable-pip-version-check --no-deps gym-aloha
+    [ "${1:-}" != test ] || pip_install --no-deps gym-aloha
     touch ".venv/ready${1:+-$1}"
 }
 
@@ -98,5 +106,5 @@ case "${1:-}" in
     gl) prepare_gl ;;
     osmesa) ldconfig -p | grep -q libOSMesa || apt_install $OSMESA_PACKAGES || say "goes on without OSMesa" ;;
     browser) prepare_browser ;;
-    *) fail "usage: scripts/setup.sh packages [EXTRA] | gl | osmesa | browser" ;;
+    *) fail "usage: scripts/setup.sh packages [GROUP] | gl | osmesa | browser" ;;
 esac

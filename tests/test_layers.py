@@ -26,7 +26,7 @@ LAYERS = (
     ("registry",),
     ("contract", "files", "validation"),
     ("percept",),
-    ("_jit", "clock"),
+    ("_jit", "clock", "posix"),
 )
 DEPTH = {part: depth for depth, layer in enumerate(LAYERS) for part in layer}
 

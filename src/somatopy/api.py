@@ -7,7 +7,7 @@ import shutil
 import signal
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from types import FrameType
@@ -21,6 +21,7 @@ from somatopy.analysis.summary import write_summary
 from somatopy.contract import Modelled, Twin
 from somatopy.experiment import Description, DescriptionError, RunFolder, Session
 from somatopy.experiment.ceiling import EVERY, ceiling
+from somatopy.experiment.frame import Sink
 from somatopy.experiment.missed import miss_distances
 from somatopy.experiment.progress import ProgressBar, robot_time
 from somatopy.experiment.run_folder import CHECKPOINT, write_json
@@ -52,6 +53,7 @@ def run(
     ceiling: bool = True,
     every: int = EVERY,
     maps: bool = True,
+    sinks: Sequence[Sink] = (),
     **parts: Parts,
 ) -> Run:
     """Run an experiment, and analyse it at the end.
@@ -63,6 +65,7 @@ def run(
         ceiling: whether the ceiling of the run is computed at its end.
         every: the ceiling looks at one frame out of so many.
         maps: whether the learned maps are stored at the end of each window.
+        sinks: objects that are called with each `Frame`, such as a `TensorBoard`.
         parts: parts of your own, by the names `body`, `eye`, `babbler`, `learner` and `interventions`; see `Session`.
 
     Returns:
@@ -75,6 +78,7 @@ def run(
         Interrupted: on Ctrl-C or SIGTERM, with a checkpoint written.
     """
     with begin(description, out, **parts) as (session, folder):
+        _attach(session, sinks)
         play(session, folder, progress=progress, maps=maps)
         return finish(session, folder.path, bounds=ceiling, every=every, maps=maps)
 
@@ -87,6 +91,7 @@ def resume(
     every: int = EVERY,
     maps: bool = True,
     anyway: bool = False,
+    sinks: Sequence[Sink] = (),
     **parts: Parts,
 ) -> Run:
     """Continue an interrupted or killed run bit for bit, and analyse it at the end. A finished run is only analysed.
@@ -98,6 +103,7 @@ def resume(
         every: the ceiling looks at one frame out of so many.
         maps: whether the learned maps are stored at the end of each window.
         anyway: whether to go on even if versions or code differ from those that wrote the folder.
+        sinks: objects that are called with each `Frame` from here on.
         parts: parts of your own that the run began with and that cannot be imported; see `Session`.
 
     Raises:
@@ -106,6 +112,7 @@ def resume(
         Interrupted: on Ctrl-C or SIGTERM, with a checkpoint written.
     """
     with reopen(folder, anyway=anyway, **parts) as (session, opened, since):
+        _attach(session, sinks)
         play(session, opened, since, progress=progress, maps=maps)
         return finish(session, opened.path, bounds=ceiling, every=every, maps=maps)
 
@@ -240,6 +247,11 @@ def play(
     if session.done < session.description.frames:
         frames = "1 frame" if session.done == 1 else f"{session.done} frames"
         raise Interrupted(f"Interrupted after {frames}. {_go_on(named)}", *came[:1])
+
+
+def _attach(session: Session, sinks: Sequence[Sink]) -> None:
+    for sink in sinks:
+        session.attach(sink)
 
 
 def _broken_off(session: Session, folder: RunFolder, named: Path) -> str:

@@ -126,15 +126,6 @@ def test_the_cost_counts_every_part(run_short: RunShort) -> None:
     assert sum(spent.values()) * 300e-6 < cost["wall_s"]
 
 
-@pytest.mark.parametrize(("platform", "factor"), [("darwin", 1), ("linux", 1024)])
-def test_memory_is_told_in_bytes(monkeypatch: pytest.MonkeyPatch, platform: str, factor: int) -> None:
-    """macOS tells bytes, other systems kilobytes."""
-    usage = type("Usage", (), {"ru_maxrss": 5000})
-    monkeypatch.setattr(run_folder.resource, "getrusage", lambda who: usage)
-    monkeypatch.setattr(run_folder.sys, "platform", platform)
-    assert run_folder._peak_memory() == 5000 * factor
-
-
 def test_who_owns_the_loop_may_stop_it(short: Short, tmp_path: Path) -> None:
     """All frames until then, the cost and a checkpoint are in the folder."""
     assert not start(short(), tmp_path / "run", 42)

@@ -15,9 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from somatopy.analysis.columns import ColumnOfRun, Role, described, vector_of, vectors_there
+from somatopy.analysis.run_html import run_html
 from somatopy.percept import Floats
 
 if TYPE_CHECKING:
+    import pandas as pd
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -182,6 +184,31 @@ class Run:
         except pa.ArrowInvalid as error:
             why = " ".join(str(error).split())
             raise RunFolderError(f"The parts in {self.path / 'frames'} do not belong to one run ({why}).") from error
+
+    def to_pandas(self, columns: Sequence[str] | None = None, start: int = 0, stop: int | None = None) -> pd.DataFrame:
+        """Columns of the frames `start` to `stop` (excluded) as a pandas table; its `attrs["units"]` has their units.
+
+        Args:
+            columns: names of columns, in the order wanted; all by default.
+            start: first frame, counted from 0 over the whole run.
+            stop: the frame to stop before; the end of the run by default.
+
+        Returns:
+            One row a frame, whose label is the frame's number from 0.
+
+        Raises:
+            ImportError: pandas is not installed.
+            RunFolderError: a part is damaged or missing, or lacks a column.
+            ValueError: `start` or `stop` is negative.
+        """
+        table: pd.DataFrame = self.frames(columns, start, stop).to_pandas()
+        table.index = range(start, start + len(table))
+        table.attrs["units"] = {name: self.unit(name) for name in table}
+        return table
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: a row for each phase, with what came of it."""
+        return run_html(str(self.path), self.description, self.summary)
 
     def values(self, column: str) -> NDArray[Any]:
         """All values of a column of numbers or truth values, shape (frames,).

@@ -1,5 +1,6 @@
 """Experiments: their descriptions, the session that runs one, and the run folder that records it."""
 
+from somatopy.experiment.curves import Curves, TensorBoard, WandB
 from somatopy.experiment.description import Description, DescriptionError, Phase, frames_of, load_description
 from somatopy.experiment.frame import Frame
 from somatopy.experiment.presets import PRESETS, paper
@@ -8,12 +9,15 @@ from somatopy.experiment.session import Session
 
 __all__ = [
     "PRESETS",
+    "Curves",
     "Description",
     "DescriptionError",
     "Frame",
     "Phase",
     "RunFolder",
     "Session",
+    "TensorBoard",
+    "WandB",
     "frames_of",
     "load_description",
     "paper",

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import fcntl
 import json
-import resource
 import shutil
-import sys
 from array import array
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from datetime import datetime
 from itertools import count
 from pathlib import Path
@@ -36,6 +33,7 @@ from somatopy.experiment.provenance import CITE, OWN_CODE, differences, versions
 from somatopy.experiment.recorder import PART_FRAMES, Recorder
 from somatopy.experiment.session import Session
 from somatopy.files import is_aside, write_whole
+from somatopy.posix import alone, peak_memory
 from somatopy.registry import HANDED_OVER, Settings
 
 __all__ = ["CHECKPOINT", "CHECKPOINT_S", "DESCRIPTION", "RunFolder", "write_json"]
@@ -243,10 +241,10 @@ class RunFolder:
     @contextmanager
     def locked(self) -> Iterator[None]:
         """Lock the folder for this process. The lock ends with the process, however that ends."""
-        with (self.path / ".lock").open("w") as file:
+        with ExitStack() as held:
             try:
-                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except OSError as error:
+                held.enter_context(alone(self.path / ".lock"))
+            except BlockingIOError as error:
                 raise DescriptionError(
                     f"Another process is running in {self.path}. Wait for it, or end it first."
                 ) from error
@@ -365,17 +363,11 @@ class _Writer:
             "wall_s": wall,
             "frames": done,
             "frames_per_s": done / wall if wall else None,
-            "peak_memory_bytes": _peak_memory(),
+            "peak_memory_bytes": peak_memory(),
             "microseconds_per_frame": {part: 1e6 * seconds[part] / max(1, done) for part in (*PARTS, "record")},
             "learner_us": 1e6 * float(np.median(self._learned)) if self._learned else None,
             "learner_bytes": size_of(self._session.learner.state()),
         }
-
-
-def _peak_memory() -> int:
-    """Most memory that this process has had, bytes; macOS tells bytes, other systems kilobytes."""
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return peak if sys.platform == "darwin" else peak * 1024
 
 
 def _prepare(path: Path) -> None:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import fcntl
 import json
 import os
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from datetime import datetime
 from pathlib import Path
 from typing import IO, Any
@@ -19,6 +18,7 @@ import tomli_w
 from somatopy.analysis.cells import CELLS, COLUMNS, COSTS, FAILURES, JOURNAL, STUDY, journalled, to_table
 from somatopy.experiment.description import DescriptionError
 from somatopy.files import write_whole
+from somatopy.posix import alone
 from somatopy.studies.plan import Cell, Study
 
 __all__ = ["StudyFolder", "plain"]
@@ -76,10 +76,10 @@ class StudyFolder:
         Raises:
             DescriptionError: another process has locked it, or its table cannot be read.
         """
-        with (self.path / ".lock").open("w") as lock:
+        with ExitStack() as held:
             try:
-                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except OSError as error:
+                held.enter_context(alone(self.path / ".lock"))
+            except BlockingIOError as error:
                 raise DescriptionError(f"Another study is running in {self.path}. Wait for it, or end it.") from error
             self.rows = self.kept()
             self._write_plan(study)

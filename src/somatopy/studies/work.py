@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import fcntl
 import platform
 import shutil
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, suppress
+from collections.abc import Mapping
+from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
 from time import perf_counter, process_time
@@ -19,6 +18,7 @@ from somatopy.experiment.description import Description, DescriptionError, valid
 from somatopy.experiment.run_folder import CHECKPOINT
 from somatopy.experiment.session import Session
 from somatopy.files import cache_folder
+from somatopy.posix import alone
 from somatopy.studies.task import Task
 
 __all__ = ["Task", "trim", "work"]
@@ -44,7 +44,8 @@ def work(task: Task, scratch: Path) -> list[dict[str, Any]]:
     scratch.mkdir(parents=True, exist_ok=True)
     experiment, folder = _described(task.experiment), scratch / task.key
     if task.movement:
-        with _alone(scratch / f"movement-{task.movement}"), Session(experiment) as session:
+        lock = scratch / f"movement-{task.movement}.lock"  # others wait until what they share is there
+        with alone(lock, wait=True), Session(experiment) as session:
             if session.share_arm(compute=True):
                 trim(cache_folder("arm"))
     done = _run(task, experiment, folder, scratch)
@@ -101,7 +102,7 @@ def _run(task: Task, experiment: Description, folder: Path, scratch: Path) -> Ru
 
 def _trained(training: Description, folder: Path) -> Path | None:
     """The run folder of a first phase that several cells share; None where the body cannot be resumed."""
-    with _alone(folder):
+    with alone(folder.with_suffix(".lock"), wait=True):
         ended = folder / "phase-0.npz"
         if ended.exists():
             return folder
@@ -116,11 +117,3 @@ def _trained(training: Description, folder: Path) -> Path | None:
         shutil.rmtree(folder, ignore_errors=True)
         run(training, folder, progress=False, ceiling=False, maps=False)
         return folder if ended.exists() else None
-
-
-@contextmanager
-def _alone(path: Path) -> Iterator[None]:
-    """Let other processes of this machine wait until what they share is there."""
-    with path.with_suffix(".lock").open("w") as file:
-        fcntl.flock(file, fcntl.LOCK_EX)
-        yield
