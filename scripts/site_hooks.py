@@ -27,7 +27,8 @@ SOURCES: dict[str, str] = {}
 LINK = re.compile(r"""(?<=\]\()[^)\s]+(?=[)\s])|(?:(?<=href=")|(?<=src="))[^"]+""")
 FENCE = re.compile(r"^(```|~~~).*?^\1", re.MULTILINE | re.DOTALL)
 FORMULA = re.compile(r'<(span|div) class="arithmatex">\\[(\[](.*?)\\[)\]]</\1>', re.DOTALL)
-PICTURES = {".png", ".jpg", ".gif", ".svg", ".webp", ".mp4"}
+#: Files that the site copies as they are.
+PICTURES = {".png", ".jpg", ".gif", ".svg", ".webp", ".mp4", ".parquet", ".npz"}
 LANGUAGES = {".py": "python", ".toml": "toml", ".sh": "sh", ".xml": "xml", ".cff": "yaml", ".ipynb": "json"}
 
 
@@ -102,7 +103,8 @@ def _outside_fences(markdown: str, change: Any) -> str:
 def _outside(source: str) -> list[str]:
     """The files of the repository that a page names and that are not in docs/ as pages or pictures."""
     text = FENCE.sub("", (ROOT / source).read_text(encoding="utf-8"))
-    named = (_resolved(source, found.partition("#")[0]) for found in LINK.findall(text) if ":" not in found)
+    targets = (found.partition("#")[0] for found in LINK.findall(text) if ":" not in found)
+    named = (_resolved(source, target) for target in targets if target)
     return [path for path in named if (ROOT / path).exists() and DOCS + place_of(path) != path]
 
 

@@ -363,7 +363,7 @@ def test_help_fits_the_terminal_and_is_written_for_readers(
 def test_help_numbers_interventions_by_their_place(capsys: pytest.CaptureFixture[str]) -> None:
     """Of two damages each has its own options, although what begins the phase stands before them."""
     more = ["--phases.1.interventions.2.kind", "offset", "--phases.1.start", "afresh"]
-    out = help_of(capsys, *more, "--help", "phases.1")
+    out = " ".join(help_of(capsys, *more, "--help", "phases.1").split())
     for word in ("--phases.1.interventions.1.offset", "--phases.1.interventions.2.offset", "(default: afresh)"):
         assert word in out
     assert "interventions.0" not in out and "--phases.1.damage.offset" not in out

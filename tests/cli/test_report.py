@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from somatopy.analysis.cells import load_study
 from somatopy.analysis.claims import CLAIMS
 from somatopy.cli import main
 
@@ -62,13 +63,18 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_a_comparison_ends_with_a_table(study: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Means and differences on standard output, whether cells ran or had ended before; the folder on the other."""
+    """Its measures on standard output, whether cells ran or had ended before; the folder on the other."""
     assert main(["compare", *TINY, "--motion", "kinematic", "--processes", "1", "--out", str(study)]) == 0
     out, err = capsys.readouterr()
-    conditions = [line for line in out.splitlines() if line in ("random, none", "fixed, none")]
-    assert conditions == ["random, none", "fixed, none"] and out.count("1 intact  2") == 2
-    assert "Differences are to: random, none" in out and str(study) not in out and f"somatopy report {study}" in err
-    assert all(len(line) <= 80 for line in out.splitlines())
+    learners = [line for line in out.splitlines() if line in ("random", "fixed")]
+    assert learners == ["random", "fixed"] and out.count("  intact ") == 2
+    level = [float(line.split()[1]) for line in out.splitlines() if line.startswith("  intact ")]
+    rows = load_study(study).table.to_pylist()
+    for found, kind in zip(level, learners, strict=True):
+        plateaus = [row["plateau"] for row in rows if row["learner"] == kind and row["phase"] == 0]
+        assert found == pytest.approx(100 * sum(plateaus) / 2, abs=0.05)
+    assert str(study) not in out and f"somatopy report {study}" in err
+    assert all(len(line) <= 120 for line in out.splitlines())
 
 
 def test_a_study_gets_a_page_and_tables(study: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

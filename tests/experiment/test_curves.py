@@ -6,6 +6,7 @@ import json
 import socket
 import struct
 import sys
+import time
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -124,6 +125,10 @@ def test_wandb_keeps_it_on_this_machine(tmp_path: Path, monkeypatch: pytest.Monk
         with pytest.raises(BlockingIOError):
             server.accept()
     (file,) = tmp_path.rglob("*.wandb")
+    for _ in range(100):  # another process writes it, and may be a moment late
+        if file.stat().st_size > 100:
+            break
+        time.sleep(0.1)
     points = []
     for data in records(file.read_bytes()):
         record = Record()

@@ -28,8 +28,8 @@ _TABLES = """Further options set any field, such as --babbling.speed 0.5. They s
 tables {tables}.
 --help TABLE lists the options of one, such as --help phases.
 """
-_OF_A_TABLE = """These options set fields of {table}. The defaults are those of what is chosen, and
-so are the fields: --learner fixed --help learner.
+_OF_A_TABLE = """These options set fields of {table}.
+Fields and defaults are those of what is chosen: --learner fixed --help learner.
 """
 _OF_PHASES = """Phases, and what is done in them, are counted from 0 here, as places in a list:
 phases.0 is what reports call phase 1. In --phases.N.interventions.K.kind KIND,

@@ -98,7 +98,8 @@ class Beliefs:
         noted = {"frame": session.done, "phase": session.reached, "gaze": gaze, "belief": believed}
         for name, value in noted.items():
             array = self.arrays[name]
-            self.arrays[name] = np.concatenate([array, np.asarray(value, array.dtype)[None]])
+            one = np.asarray(value, array.dtype).reshape(1, *array.shape[1:])
+            self.arrays[name] = np.concatenate([array, one])
 
     def write(self, folder: Path) -> None:
         """Write the file, if the learner was asked anything."""

@@ -117,10 +117,10 @@ class DSOM(LatticeMap):
         periodic: bool = False,
         bounds: ArrayLike | None = None,
         init: ArrayLike = "auto",
-        epochs: int | None = None,
         dtype: str = "float64",
         missing: str = "error",
         random_state: int | np.random.Generator | None = None,
+        epochs: int | None = None,
     ) -> None:
         self.shape = shape
         self.learning_rate = learning_rate

@@ -88,10 +88,10 @@ class EvolvingSOM(GraphMap):
         learning_rate: float = 0.05,
         prune_every: int = 100,
         max_units: int = 1000,
-        epochs: int = 10,
         dtype: str = "float64",
         missing: str = "error",
         random_state: int | np.random.Generator | None = None,
+        epochs: int = 10,
     ) -> None:
         self.threshold = threshold
         self.learning_rate = learning_rate

@@ -108,10 +108,10 @@ class GrowWhenRequired(GraphMap):
         alpha: float = 1.05,
         stimulus: float = 1.0,
         max_units: int = 1000,
-        epochs: int = 10,
         dtype: str = "float64",
         missing: str = "error",
         random_state: int | np.random.Generator | None = None,
+        epochs: int = 10,
     ) -> None:
         self.activity_threshold = activity_threshold
         self.firing_threshold = firing_threshold

@@ -119,10 +119,10 @@ class GrowingNeuralGas(GraphMap):
         max_units: int = 1000,
         bounds: ArrayLike | None = None,
         init: ArrayLike = "auto",
-        epochs: int = 10,
         dtype: str = "float64",
         missing: str = "error",
         random_state: int | np.random.Generator | None = None,
+        epochs: int = 10,
     ) -> None:
         self.learning_rate = learning_rate
         self.neighbour_rate = neighbour_rate

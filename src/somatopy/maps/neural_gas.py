@@ -73,10 +73,10 @@ class NeuralGas(FadingMap):
         horizon: float = 20_000,
         bounds: ArrayLike | None = None,
         init: ArrayLike = "auto",
-        epochs: int | None = None,
         dtype: str = "float64",
         missing: str = "error",
         random_state: int | np.random.Generator | None = None,
+        epochs: int | None = None,
     ) -> None:
         self.units = units
         self.learning_rate = learning_rate
