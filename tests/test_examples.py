@@ -133,11 +133,12 @@ def test_watch_a_session(example: Example, tmp_path: Path, flags: tuple[str, ...
 
 
 README = (EXAMPLES.parent / "README.md").read_text()
+COMMANDS = (EXAMPLES.parent / "docs" / "commands.md").read_text()
 
 
-def test_the_description_in_the_readme_is_valid(tmp_path: Path) -> None:
+def test_the_description_on_the_page_of_commands_is_valid(tmp_path: Path) -> None:
     """Of all its tables; the short forms that it speaks of lead to the same interventions."""
-    text = README.split("```toml")[1].split("```")[0]
+    text = COMMANDS.split("```toml")[1].split("```")[0]
     (tmp_path / "mine.toml").write_text(text)
     described = load_description(tmp_path / "mine.toml")
     damaged = described.phases[1]
@@ -147,11 +148,11 @@ def test_the_description_in_the_readme_is_valid(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "line", re.findall(r"^somatopy run .*$|(?<=`)somatopy run paper[^`|]*(?=`)", README, flags=re.MULTILINE)
+    "line", re.findall(r"^somatopy run .*$|(?<=`)somatopy run paper[^`|]*(?=`)", README + COMMANDS, flags=re.MULTILINE)
 )
 def test_the_runs_in_the_readme_can_be_asked_for(line: str) -> None:
     """Each flag is known and each value valid, but for the places of parts that readers have not written yet."""
-    preset, *flags = shlex.split(line)[2:]
+    preset, *flags = shlex.split(line, comments=True)[2:]
     described = PRESETS[preset]()
     if "my_package" in line:
         with pytest.raises(DescriptionError, match=r"'my_package\.my_file:MyLearner' cannot be imported"):
