@@ -104,9 +104,10 @@ def test_what_the_parts_record_is_in_the_frames(whole: Path) -> None:
 
 def test_settings_are_flags_and_show_in_the_help(folder: Path) -> None:
     """Also of parts that somatopy does not know."""
-    done = subprocess.run(command("run", FILE, "--help"), cwd=folder, capture_output=True, text=True, check=True)
-    for flag in ("--body.upper-arm", "--eye.angle", "--babbling.period", "--learner.forgetting"):
-        assert flag in done.stdout
+    for flag in ("--body.upper-arm", "--learner.forgetting"):
+        table = flag[2:].partition(".")[0]
+        asked = command("run", FILE, "--help", table)
+        assert flag in subprocess.run(asked, cwd=folder, capture_output=True, text=True, check=True).stdout
     summary = somatopy(
         folder, "run", FILE, "--phases.0.frames", "3", "--phases.1.frames", "0", "--eye.angle", "180", "--out", "wide"
     )

@@ -66,7 +66,7 @@ def test_verdicts_as_text(run: Run) -> None:
 def test_it_stands_in_the_report(run: Run, rich_folder: Path) -> None:
     """A table of every claim, and a band in the plot that is filled with its own colour; without one, neither."""
     page = render_report([Source.of(run.path)])
-    table = re.search(r'<table class="claims" id="over-seeds">.*?</table>', page, re.DOTALL)
+    table = re.search(r'<div id="over-seeds">.*?</div>', page, re.DOTALL)
     assert table is not None
     for row in verdict_rows(verdicts_of(run)):
         assert all(text in html.unescape(table[0]) for text in (row["claim"], row["ours"], row["verdict"]))

@@ -223,7 +223,7 @@ def test_a_package_that_is_missing_is_told_with_its_command(
     from somatopy.cli import list as listing
 
     for module, code, said in (
-        ("tyro", 2, 'the package tyro, which is not installed: pip install "somatopy"'),
+        ("tyro", 2, 'the package tyro, which is not installed: pip install "somatopy[all]"'),
         ("somebodys_module", 1, "ModuleNotFoundError: No module named 'somebodys_module' (where: --debug)"),
     ):
         missing = ModuleNotFoundError(f"No module named {module!r}", name=module)

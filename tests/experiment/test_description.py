@@ -156,7 +156,8 @@ def test_an_unknown_key_lists_the_valid_ones_of_its_place(table: dict[str, Any],
     """Nested, inside unions and inside phases, with the key as a file writes it, and nothing else in the message."""
     with pytest.raises(DescriptionError) as caught:
         validated(table, "my.toml")
-    assert str(caught.value) == f"my.toml: unknown key {key!r}; valid keys there: {valid}."
+    said, near, _ = str(caught.value).partition(" (did you mean ")
+    assert said == f"my.toml: unknown key {key!r}; valid keys there: {valid}" + "." * (not near)
 
 
 @pytest.mark.parametrize(

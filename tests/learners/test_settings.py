@@ -185,7 +185,7 @@ def test_wrong_values_are_refused_at_their_key(table: dict[str, Any], message: s
 def test_an_unknown_setting_is_refused_with_those_that_exist() -> None:
     """A table and `replaced` alike."""
     valid = "arm_map, head_map, rule, link_rate, activation_slope, units, centring, ties, arm_codes"
-    expected = f"unknown key 'link_rat'; valid keys there: kind, {valid}"
+    expected = f"unknown key 'link_rat'; valid keys there: kind, {valid} (did you mean link_rate?)"
     assert said(LEARNERS, {"kind": "hebbian", "link_rat": 1}) == expected
     with pytest.raises(ValueError, match=f"^The changed hebbian: unknown key 'link_rat'; valid keys there: {valid}"):
         Hebbian().replaced(link_rat=1)

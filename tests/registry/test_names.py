@@ -153,7 +153,10 @@ def test_a_table_without_a_kind_is_the_default_or_refused() -> None:
 
 def test_an_unknown_key_is_answered_with_those_that_exist() -> None:
     """The kind among them."""
-    assert said(BABBLERS, {"kind": "uniform", "sped": 1}) == "unknown key 'sped'; valid keys there: kind, range, speed"
+    assert (
+        said(BABBLERS, {"kind": "uniform", "sped": 1})
+        == "unknown key 'sped'; valid keys there: kind, range, speed (did you mean speed?)"
+    )
 
 
 # -- places ------------------------------------------------------------------------------------------------------------

@@ -136,7 +136,7 @@ DRAWS = {"draws": 2}
 @pytest.mark.parametrize(
     ("table", "said"),
     [
-        ({"sedes": 3}, f"A study has no key 'sedes'; its keys: {', '.join(KEYS)}."),
+        ({"sedes": 3}, f"A study has no key 'sedes'; its keys: {', '.join(KEYS)} (did you mean seeds?)."),
         ({"seeds": 0}, "seeds = 0 must be how many seeds there are, such as 5, or a list of different ones"),
         ({"seed": "5"}, "seed = '5', the first seed, must be a whole number from 0 up."),
         ({"conditions": [{"name": "a", "seeds": "x"}]}, "seeds = 'x' must be how many seeds"),

@@ -75,7 +75,7 @@ def by_chance(shape: tuple[int, int]) -> float:
 
     Example:
         >>> by_chance((2, 2)), round(by_chance((30, 30)), 3)
-        (0.0, 0.991)
+        (0.0, 0.992)
     """
     rows, columns = shape
     units = rows * columns

@@ -41,7 +41,7 @@ class Word(NamedTuple):
         text: what it means.
         default: what the help says of its default.
         positional: whether no option stands before it.
-        hidden: whether the help leaves it out, since it has no text.
+        hidden: whether the help leaves it out, since it has neither text nor default.
     """
 
     name: str
@@ -93,7 +93,8 @@ def words_of(part: Any, prefix: str = "") -> Iterator[Word]:
                 yield from words_of(item, f"{name}.{number}.")
         elif told and tyro.conf.Fixed not in marks:
             positional = tyro.conf.Positional in marks
-            yield Word(name, told.metavar or "", told.help or "", _default(told, value), positional, not told.help)
+            default = _default(told, value)
+            yield Word(name, told.metavar or "", told.help or "", default, positional, not (told.help or default))
 
 
 def _is_table(value: Any) -> bool:

@@ -54,7 +54,7 @@ def miss_distance(vantages: Vantages, arms: Floats, heads: Floats) -> float | No
         >>> vantages = Vantages.of(MujocoBody("nao", motion="kinematic"), shape=(25, 9))
         >>> arm = np.array([0.4, 0.0, -1.0, -0.9])
         >>> head = vantages.heads[vantages.seeing(arm)].max(axis=0) + 0.5
-        >>> miss_distance(vantages, arm[None], head[None]) >= 0.5 * np.sqrt(2)
+        >>> bool(miss_distance(vantages, arm[None], head[None]) >= 0.5 * np.sqrt(2))
         True
     """
     found = []

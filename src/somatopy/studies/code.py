@@ -29,6 +29,8 @@ __all__ = ["code_digest", "modules_of", "packages", "places"]
 
 _ROOTS = tuple(f"somatopy.experiment.{name}" for name in ("session", "run_folder", "ceiling", "missed"))
 _ABOVE = frozenset({"analysis", "api", "studies", "cli", "viewer", "envs"})
+#: Modules below analysis that no cell runs: what starts a file from a preset, and what judges maps.
+_OF_NO_CELL = ("somatopy.experiment.starting", "somatopy.maps.quality")
 _INSTALLED = ("site-packages", "dist-packages")
 _PACKAGES = ("numpy", "numba", "mujoco", "opencv-python-headless")
 
@@ -91,7 +93,7 @@ def _is_ours(name: str, tops: Set[str], folders: Set[Path]) -> bool:
     """
     first, _, behind = name.partition(".")
     if first == "somatopy":
-        return behind.partition(".")[0] not in _ABOVE
+        return behind.partition(".")[0] not in _ABOVE and not name.startswith(_OF_NO_CELL)
     home = None if first in sys.stdlib_module_names else _home(name)
     return home is not None and home in folders and (first in tops or home.name not in _INSTALLED)
 

@@ -18,7 +18,7 @@ from somatopy.analysis.report.beliefs import MOMENTS, belief_panels, moments
 from somatopy.analysis.sight import Beliefs, beliefs_of
 from somatopy.analysis.summary import summarise
 
-GREY, WHITE = (0xEC, 0xEC, 0xEC), (255, 255, 255)
+SAND, WHITE = (0xF2, 0xDF, 0xB8), (255, 255, 255)
 
 
 def pixels(uri: str) -> np.ndarray:
@@ -31,14 +31,14 @@ def edges(path: str) -> set[tuple[float, ...]]:
 
 
 def test_shading_outline_and_mark_are_where_they_belong(rich_run: Any) -> None:
-    """The first joint to the right, the second up; darker is believed more; grey cannot be taken."""
+    """The first joint to the right, the second up; darker is believed more; sand cannot be taken."""
     panels, beliefs = belief_panels(rich_run, summarise(rich_run)), beliefs_of(rich_run)
     assert panels is not None and beliefs is not None and len(panels["panels"]) == 8
     wide, high = panels["size"][0] / 5, panels["size"][1] / 3
     for k, panel in enumerate(panels["panels"]):
         for t in (0, 8):
             picture = pixels(panel["images"][panel["image"][t]])
-            assert picture.shape == (3, 5, 3) and tuple(picture[0, 4]) == GREY
+            assert picture.shape == (3, 5, 3) and tuple(picture[0, 4]) == SAND
             lightness = [int(picture[2 - cell % 3, cell // 3].sum()) for cell in range(14)]
             order = np.argsort(beliefs.belief[t, k], kind="stable")
             assert (np.diff(np.array(lightness)[order]) <= 0).all()
@@ -106,7 +106,7 @@ def test_a_learner_that_does_not_say_shows_where_it_looks(rich_copy: Any, write_
     page, panels = render_report([Source.of(rich_copy.path)]), belief_panels(rich_copy, summarise(rich_copy))
     assert panels is not None and not panels["told"]
     for panel in panels["panels"]:
-        assert len(panel["images"]) == 1 and set(map(tuple, pixels(panel["images"][0]).reshape(-1, 3))) == {GREY, WHITE}
+        assert len(panel["images"]) == 1 and set(map(tuple, pixels(panel["images"][0]).reshape(-1, 3))) == {SAND, WHITE}
         assert len(panel["outlines"]) == 2
     assert "does not say what it believes" in page
     assert 'data-plot="plot-agreement"' not in page and 'data-plot="plot-missed_gazes"' in page
