@@ -19,7 +19,6 @@ from typing import NamedTuple
 
 import numpy as np
 import statsmodels.datasets
-from minisom import MiniSom
 from numpy.typing import NDArray
 from sklearn import datasets
 from sklearn.exceptions import ConvergenceWarning
@@ -49,6 +48,8 @@ def minisom(steps: int | None = None) -> Make:
     """minisom from its PCA start with width 3: so many steps, or ten a row and at least 10,000."""
 
     def make(X: Floats, seed: int) -> Map:
+        from minisom import MiniSom  # of `make tables` alone
+
         som = MiniSom(*SHAPE, X.shape[1], sigma=3, random_seed=seed)
         som.pca_weights_init(X)
         som.train(X, steps or max(10 * len(X), 10_000))

@@ -149,7 +149,7 @@ def test_killed_at_random_moments_it_ends_alike(
         if status == 0:
             assert results(folder) == expected
             shutil.rmtree(folder)
-    assert len(set(frames)) > kills // 2
+    assert len(set(frames)) >= kills // 2
     assert main(["resume", str(folder)] if folder.exists() else new(folder, args)) == 0
     assert results(folder) == expected
 
