@@ -7,8 +7,8 @@
 #
 # `paper()` describes the experiment, and `replaced` gives another description with some values changed. Two changes
 # make it fast. The *geometric* eye computes whether the hand can be seen, where the other one renders a picture and
-# searches it. A *kinematic* body moves at its joints' speeds, without physics. `trend_breaks=()` draws no trend lines: the
-# run is too short for them.
+# searches it. A *kinematic* body moves at its joints' speeds, without physics. `trend_breaks=()` draws no trend lines:
+# the run is too short for them.
 
 # %%
 from somatopy import paper, run
@@ -47,10 +47,12 @@ for phase in result.summary["phases"]:
 # %% [markdown]
 # ## Look at it
 #
-# After the damage the learner sees its hand less. This is one seed and a short run. Over thirty seeds of full length the
-# hand is seen in 51.9 % of the frames before the damage and in 50.8 % after it ([reproduction](../reproduction.md)).
+# After the damage the learner sees its hand less. This is one seed and a short run. Over thirty seeds of full length
+# the hand is seen in 51.9 % of the frames before the damage and in 50.8 % after it
+# ([reproduction](../reproduction.md)).
 #
-# Everything is in the run folder ([what each file holds](../run_folder.md)). `somatopy report run` adds figures and a page that opens in any browser, offline.
+# Everything is in the run folder ([what each file holds](../run_folder.md)). `somatopy report run` adds figures and a
+# page that opens in any browser, offline.
 
 # %%
 print(sorted(entry.name for entry in result.path.iterdir() if not entry.name.startswith(".")))
