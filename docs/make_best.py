@@ -116,6 +116,24 @@ def against_full(
 
 # -- the blocks of the page --------------------------------------------------------------------------------------------
 
+#: The studies with physics, what comes before the learner in the names of their conditions, and the range's name here.
+RANGES = (
+    ("learners-ranges", "range confined, ", "confined"),
+    ("learners", "", "`paper-wide`"),
+    ("learners-ranges", "range mechanical, ", "mechanical"),
+)
+
+
+def reached(found: Found) -> str:
+    """What the learner and the paper's reach at the end of an hour with physics, by the cells of learners.md."""
+    body = []
+    for study, lead, called in RANGES:
+        result = load_study(STUDIES / study)
+        every = [efficiency(result, f"{lead}learner {learner}, damage none", END) for learner in ("best", "hebbian")]
+        body.append([called, *map(level, every), " and ".join(str(len(values)) for values in every)])
+    return "\n" + rows(("range of arm movements", "`best`", "the paper's learner", "seeds"), body) + "\n"
+
+
 ABLATIONS = {
     "no units' fields": "no units' fields w",
     "no shared sheet": "no shared sheet f",
@@ -313,6 +331,7 @@ def columns(result: StudyResult, *names: str) -> list[list[float]]:
 
 
 BLOCKS: dict[str, Callable[[Found], str]] = {
+    "reached": reached,
     "parts": parts,
     "plastic": plastic,
     "rates": rates,

@@ -42,7 +42,7 @@ BOUNDS = STUDIES / "learners-bounds.json"
 #: In the order in which they run.
 NAMES = (
     "learners",
-    *(f"learners-{name}" for name in ("damages", "ranges", "slow", "full", "rendered", "lost", "healed")),
+    *(f"learners-{name}" for name in ("damages", "moved", "ranges", "slow", "full", "rendered", "lost", "healed")),
 )
 BEST, PAPERS, WIDE = "best", "hebbian", "paper-wide"
 CALLED = {BEST: "`best`", PAPERS: "`hebbian`", "delta": "`delta`", "nearest": "`nearest`"}
@@ -212,6 +212,8 @@ def page(found: Mapping[str, StudyResult], measured: Mapping[str, Any]) -> str:
         said["course"] = {"seeds": seeds([at_hour(cells, WIDE, BEST, SECOND)])}
     if "learners-damages" in cells:
         said["damages"] = damaged(cells["learners-damages"], measured)
+    if "learners-moved" in found:
+        said["moved"] = {"table": moved(found["learners-moved"])}
     if "learners-healed" in cells:
         said["retention"] = {"table": retained(cells["learners-healed"])}
     if any("grids" in one for one in measured.values()):
@@ -350,6 +352,19 @@ def reference(study: Cells, measured: Mapping[str, Any]) -> str:
         attained = f"{fmean(bound.values()):.0f} ({len(bound)})" if bound else "not measured yet"
         body.append([damage, attained, *map(interval, every), seeds(every)])
     return rows(["damage", "without memory (seeds)", *(CALLED.get(each, each) for each in learners), "seeds"], body)
+
+
+def moved(result: StudyResult) -> str:
+    """The last three windows of each phase with the marker moved from the first frame on, or only by the damage."""
+    body = []
+    for name in result.conditions:
+        every: list[BySeed] = [{}, {}]
+        for row in result.table.to_pylist():
+            reached = LAST(row) if row["condition"] == name and row["phase"] < 2 else None
+            if reached is not None:
+                every[row["phase"]][row["seed"]] = reached
+        body.append([name, *map(interval, every), seeds(every)])
+    return rows(("the marker is", "end of the hour", "end of the half hour after it", "seeds"), body)
 
 
 #: Study, range, what to call it, and how long its first phase is.

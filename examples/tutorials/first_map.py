@@ -22,8 +22,9 @@ print(flowers.shape, "from", flowers.min(), "to", flowers.max())
 # %% [markdown]
 # ## Learn
 #
-# A map learns one input after another. `fit` does all of it at once. Here `partial_fit` does it in rounds: it takes the
-# rows in their order, and goes on from what the map has learned before. The flowers are sorted by species, so they are
+# For a table that lies before you, `SOM(shape=(10, 10), random_state=0).fit(flowers)` is all: it shuffles, and passes
+# over the rows often enough. Here the rows come as a stream, to show what goes on. `partial_fit` takes them in their
+# order, and goes on from what the map has learned before. The flowers are sorted by species, so they are
 # shuffled in each round. `horizon` is the number of inputs after which the map has settled.
 
 # %%
