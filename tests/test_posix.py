@@ -9,9 +9,13 @@ from pathlib import Path
 
 import pytest
 
+import somatopy
 from somatopy import posix
-from somatopy.posix import NotPosix, alone, peak_memory
+from somatopy.cli import main
+from somatopy.posix import NotPosix, alone, peak_memory, require
 
+#: What a system is told that lacks a module.
+WORDS = r"no module {} here\. Linux and macOS have both\. On Windows, .*\(WSL\).*container.* Maps and links work here"
 HOLDS = """
 import sys, time
 from pathlib import Path
@@ -52,8 +56,40 @@ def test_memory_is_told_in_bytes(monkeypatch: pytest.MonkeyPatch, platform: str,
 
 
 def test_a_system_without_locks_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """In a sentence that says what works there and what to do, and nothing is made."""
+    """In one paragraph: what is missing, which systems have it, what to do, what works there. Nothing is made."""
+    for module in ("fcntl", "resource"):
+        with monkeypatch.context() as patch:
+            patch.setitem(sys.modules, module, None)
+            for asked in (require, peak_memory, lambda: alone(tmp_path / ".lock").__enter__()):
+                with pytest.raises(NotPosix, match=WORDS.format(module)):
+                    asked()
+    assert [*tmp_path.iterdir()] == []
+    require()
+
+
+@pytest.mark.parametrize("call", ["run", "study", "resume", "fork"])
+def test_functions_refuse_before_anything_is_made(call: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also before a session is built, which could say less of what is wrong."""
     monkeypatch.setitem(sys.modules, "fcntl", None)
-    with pytest.raises(NotPosix, match=r"Linux or macOS.*WSL.*Maps and links work here"), alone(tmp_path / ".lock"):
-        pass
-    assert not (tmp_path / ".lock").exists()
+    described, folder = somatopy.paper(), tmp_path / "run"
+    calls = {
+        "run": lambda: somatopy.run(described, folder),
+        "study": lambda: somatopy.study({"a": described}, out=folder),
+        "resume": lambda: somatopy.resume(folder),
+        "fork": lambda: somatopy.fork(folder, described),
+    }
+    with pytest.raises(NotPosix, match=WORDS.format("fcntl")):
+        calls[call]()
+    assert [*tmp_path.iterdir()] == []
+
+
+@pytest.mark.parametrize("verb", [["run", "paper"], ["reproduce"], ["demo"], ["compare", "--processes", "1"]])
+def test_commands_say_it_in_one_paragraph(
+    verb: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Wrong use, without a traceback."""
+    monkeypatch.setitem(sys.modules, "fcntl", None)
+    assert main([*verb, "--quiet", "--out", str(tmp_path / "out")]) == 2
+    out, err = capsys.readouterr()
+    assert out == "" and err.startswith("somatopy: Experiments cannot run") and err.count("\n") == 1
+    assert [*tmp_path.iterdir()] == []

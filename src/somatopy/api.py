@@ -26,6 +26,7 @@ from somatopy.experiment.missed import miss_distances
 from somatopy.experiment.progress import ProgressBar, robot_time
 from somatopy.experiment.run_folder import CHECKPOINT, write_json
 from somatopy.experiment.sight import write_sight
+from somatopy.posix import require
 
 __all__ = ["Interrupted", "begin", "finish", "fork", "play", "reopen", "resume", "run"]
 
@@ -75,6 +76,7 @@ def run(
         DescriptionError: the description does not fit the robot, or the folder cannot be used. Nothing has run then.
         BodyError: the robot's model or anatomy does not fit.
         NoGL: the eye needs pictures and no OpenGL works here.
+        NotPosix: the operating system has no file locks, as Windows.
         Interrupted: on Ctrl-C or SIGTERM, with a checkpoint written.
     """
     with begin(description, out, **parts) as (session, folder):
@@ -147,6 +149,7 @@ def fork(
     Raises:
         DescriptionError: that phase does not exist or has not ended, or the descriptions differ before it ends.
     """
+    require()
     source = RunFolder(folder)
     with Session(description, **parts) as session:
         new, old = session.description, source.description(forked=True, **parts)
@@ -189,6 +192,7 @@ def begin(
     description: Description, out: str | Path | None = None, **parts: Parts
 ) -> Iterator[tuple[Session, RunFolder]]:
     """A new session and its folder. The session is closed when the context ends."""
+    require()
     with Session(description, **parts) as session:
         yield session, RunFolder.new(out, session.description)
 
@@ -198,6 +202,7 @@ def reopen(
     folder: str | Path, *, anyway: bool = False, **parts: Parts
 ) -> Iterator[tuple[Session, RunFolder, dict[str, Any]]]:
     """The session of a run folder at its last checkpoint, and that checkpoint. Arguments as in `resume`."""
+    require()
     opened = RunFolder(folder)
     description = opened.description(**parts)
     opened.checkpoint()  # before a body is built, which takes longer

@@ -1,6 +1,6 @@
-"""What experiments need of the operating system and Windows lacks: locks on files, and a process's peak memory.
+"""What experiments need of the operating system: locks on files, and the most memory that a process has used.
 
-Linux and macOS have both. Maps and links ask for neither, so that they work on Windows too.
+Linux and macOS have both, Windows has neither. Maps and links need neither, so that they work on Windows, too.
 """
 
 from __future__ import annotations
@@ -8,13 +8,36 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib.util import find_spec
 from pathlib import Path
 
-__all__ = ["NotPosix", "alone", "peak_memory"]
+__all__ = ["NotPosix", "alone", "peak_memory", "require"]
+
+#: Modules of Python that only some systems have: locks on files, and the memory that a process uses.
+_NEEDED = ("fcntl", "resource")
 
 
 class NotPosix(RuntimeError):
-    """This system lacks what an experiment needs of it."""
+    """The operating system lacks what experiments need."""
+
+
+def require() -> None:
+    """Do nothing where experiments can run.
+
+    Raises:
+        NotPosix: they cannot run on this operating system. The message says what is missing and where they can run.
+
+    Example:
+        >>> require()  # on Linux and on macOS
+    """
+    missing = [name for name in _NEEDED if find_spec(name) is None]
+    if missing:
+        raise NotPosix(
+            f"Experiments cannot run on this operating system: it lacks file locks or memory accounting, so that "
+            f"Python has no module {' and no module '.join(missing)} here. Linux and macOS have both. On Windows, "
+            "install somatopy in the Windows Subsystem for Linux (WSL) or in a Linux container, and run experiments "
+            "there. Maps and links work here as they are."
+        )
 
 
 @contextmanager
@@ -27,7 +50,7 @@ def alone(path: Path, wait: bool = False) -> Iterator[None]:
 
     Raises:
         BlockingIOError: another process holds it.
-        NotPosix: this system has no such locks.
+        NotPosix: this operating system has no such locks.
         OSError: the file cannot be made.
 
     Example:
@@ -36,22 +59,22 @@ def alone(path: Path, wait: bool = False) -> Iterator[None]:
         ...     print("nobody else is here")
         nobody else is here
     """
-    try:
-        import fcntl
-    except ImportError as error:
-        raise NotPosix(
-            "Run folders and studies are guarded by locks that this system does not have (Python's module fcntl is "
-            "missing). Run experiments on Linux or macOS; on Windows the Subsystem for Linux (WSL) will do. Maps and "
-            "links work here."
-        ) from error
+    require()
+    import fcntl
+
     with path.open("w") as file:
         fcntl.flock(file, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
         yield
 
 
 def peak_memory() -> int:
-    """Most memory that this process has had, bytes; macOS tells bytes, Linux kilobytes."""
+    """The most memory that this process has used so far, bytes.
+
+    Raises:
+        NotPosix: this operating system does not tell it.
+    """
+    require()
     import resource
 
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return peak if sys.platform == "darwin" else peak * 1024
+    return peak if sys.platform == "darwin" else peak * 1024  # Linux tells kilobytes

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import tomllib
 from collections.abc import Callable
 from pathlib import Path
 
@@ -317,6 +318,16 @@ def test_a_proposal_runs_as_it_is(checked: Checked, tmp_path: Path, name: str) -
         reading = body.step(target, head)
     assert np.abs(reading.arm - target).max() < 0.1 and np.abs(reading.head - head).max() < 0.1
     body.close()
+
+
+def test_quiet_a_sound_proposal_stands_alone(checked: Checked, tmp_path: Path) -> None:
+    """Nothing is said beside it. What stops a robot is an error, and is said."""
+    write(tmp_path)
+    code, said, out = checked("clerk.xml", "--propose", "--quiet")
+    assert code == 0 and said == " ".join(out.split()) and tomllib.loads(out)["arm"]["joints"]
+    (tmp_path / "thing.xml").write_text("<mujoco><worldbody/></mujoco>")
+    code, said, out = checked("thing.xml", "--propose", "--quiet")
+    assert (code, out) == (1, "") and "arm" in said
 
 
 def test_a_proposal_leaves_a_model_as_it_is(checked: Checked, tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from somatopy.analysis import load_run
+from somatopy.analysis.runs import Run
 from somatopy.bodies import NoGL
 from somatopy.cli import demo as module
 from somatopy.cli import main
@@ -20,7 +21,7 @@ from somatopy.cli.demo import demo, described, scenes, told
 @pytest.fixture(autouse=True)
 def page(monkeypatch: pytest.MonkeyPatch) -> None:
     """Reports have tests of their own, and take seconds."""
-    monkeypatch.setattr(module, "illustrate", lambda folder: folder / "report.html")
+    monkeypatch.setattr(module, "illustrate", lambda folder, quiet: folder / "report.html")
 
 
 @pytest.mark.gl
@@ -57,6 +58,25 @@ def test_its_numbers_are_counted_in_the_record(tmp_path: Path, monkeypatch: pyte
         f"after the damage, and in {shares[3]} of the last minute."
     )
     assert run.description["eye"]["kind"] == "geometric" and not (folder / "film.mp4").exists()
+
+
+@pytest.mark.parametrize("films", [False, True])
+def test_quiet_it_says_only_what_was_seen(
+    films: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The numbers, and where film and report are: nothing beside them, with a film and without."""
+    asked: list[bool] = []
+
+    def film(run: Run, scenes: object, quiet: bool) -> tuple[Path, Path]:
+        asked.append(quiet)
+        return run.path / "film.mp4", run.path / "film.gif"
+
+    monkeypatch.setattr(module, "film", film)
+    monkeypatch.setattr(module, "_possible", lambda: ("geometric", "" if films else "No OpenGL works here."))
+    folder = demo(tmp_path / "demo", minutes=0.01, after=0.02, quiet=True)
+    out, err = capsys.readouterr()
+    shown = [f"Film:    {folder / 'film.mp4'}"] * films + [f"Report:  {folder / 'report.html'}"]
+    assert (out, err) == ("\n".join([told(load_run(folder)), "", *shown, ""]), "") and asked == [True] * films
 
 
 def test_scenes_are_set_by_the_clock() -> None:

@@ -61,13 +61,15 @@ def test_each_frame_is_what_was_recorded(folder: Path, capsys: pytest.CaptureFix
 
 @pytest.mark.gl
 def test_unfinished_runs_are_filmed_as_far_as_they_go(copy: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """One sentence says how far that is."""
+    """One sentence says how far that is, above the progress; with --quiet there is neither."""
     part = copy / "frames" / "part-00000.parquet"
     pq.write_table(pq.read_table(part).slice(0, 50), part)
     assert main(["film", str(copy), "--every", "25"]) == 0
     out, err = capsys.readouterr()
     assert out.splitlines() == [str(copy / "film.mp4"), str(copy / "film.gif")]
-    assert "is unfinished: 50 of its 90 frames are recorded, and can be filmed." in err
+    assert "is unfinished: 50 of its 90 frames are recorded, and can be filmed." in err and "film" in err
+    assert main(["film", str(copy), "--every", "25", "--quiet"]) == 0
+    assert capsys.readouterr() == (out, "")
 
 
 def refused(args: list[str], capsys: pytest.CaptureFixture[str]) -> str:

@@ -78,7 +78,7 @@ def test_every_verb_has_help_with_an_example(verb: str, capsys: pytest.CaptureFi
     out, err = capsys.readouterr()
     assert out.startswith(f"usage: somatopy {verb}") and f"example: somatopy {verb}" in out and err == ""
     assert len(out.splitlines()) <= 40
-    assert ("--json" in out) == (verb != "demo")
+    assert ("--json" in out) == (verb != "demo") and ("--quiet" in out) == (verb != "list")
     if verb == "demo":
         assert "--out" in out and "--seed" in out and "--babbling.speed" not in out
     elif verb in ("reproduce", "run", "compare", "describe"):

@@ -5,12 +5,16 @@ from __future__ import annotations
 import json
 import shutil
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 
 from somatopy.analysis.cells import load_study
 from somatopy.analysis.claims import CLAIMS
+from somatopy.bodies import NoGL
 from somatopy.cli import main
+from somatopy.cli import report as module
+from somatopy.experiment import film
 
 SMALL = ["--eye", "geometric", "--motion", "kinematic", "--minutes", "5", "--damage-minutes", "0"]
 
@@ -35,6 +39,21 @@ def test_a_run_gets_figures_and_a_page(runs: list[Path], capsys: pytest.CaptureF
     drawn = {path.name for path in (runs[0] / "figures").iterdir()}
     assert {"figure2.png", "figure3.svg", "figure4.png", "figure5.svg", "efficiency.png", "misses.svg"} <= drawn
     assert 'id="maps-data"' in page.read_text(encoding="utf-8")
+
+
+def test_quiet_it_does_not_say_which_picture_is_missing(
+    runs: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Here a filmstrip, since there is no OpenGL. The page is made either way."""
+    folder = Path(shutil.copytree(runs[0], tmp_path / "run"))
+    text = (folder / "experiment.toml").read_text(encoding="utf-8")
+    (folder / "experiment.toml").write_text(text.replace('"geometric"', '"fiducial"'), encoding="utf-8")
+    monkeypatch.setattr(module, "save_figures", lambda *_: None)
+    monkeypatch.setattr(module, "write_report", lambda folders, out: folders[0] / "report.html")
+    monkeypatch.setattr(film, "photographs", Mock(side_effect=NoGL("No OpenGL works here.")))
+    for flags, said in (([], "No filmstrip: No OpenGL works here.\n"), (["--quiet"], "")):
+        assert main(["report", str(folder), *flags]) == 0
+        assert capsys.readouterr() == (f"{folder / 'report.html'}\n", said)
 
 
 def test_several_runs_are_compared(runs: list[Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -110,7 +129,7 @@ def test_wrong_use_of_a_study_is_told(study: Path, runs: list[Path], capsys: pyt
         ([], ["RUN is missing", "somatopy report runs/first"]),
         (["nowhere"], ["nowhere is not a folder"]),
         (["."], ["is not a run folder", "experiment.toml"]),
-        ([".", "--seed", "1"], ["Unknown option --seed", "--against, --out, --json, --debug"]),
+        ([".", "--seed", "1"], ["Unknown option --seed", "--against, --out, --json, --quiet, --debug"]),
         ([".", "--out"], ["--out needs FILE behind it: --out FILE"]),
         ([".", "--jso"], ["Unknown option --jso. Did you mean --json?"]),
         ([".", "--out", "nowhere/page.html"], ["there is no folder nowhere"]),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 import sys
 import tomllib
 from collections.abc import Callable, Iterator
@@ -168,7 +169,7 @@ def test_an_unknown_key_is_answered_with_those_that_exist() -> None:
         ("class Mine: ...", "Yours", "does not exist: MODULE has no Yours; it has Mine"),
         ("import json", "Mine", "does not exist: MODULE has no Mine; it has nothing"),
         ("class Mine:\n    def here(self): ...", "Mine.Inner", "does not exist: MODULE has no Inner; it has here"),
-        ("import nowhere_at_all", "Mine", "cannot be imported .No module named 'nowhere_at_all'.; looked among"),
+        ("import nowhere_at_all", "Mine", r"\(No module named 'nowhere_at_all'\)\. MODULE was found, but"),
         (
             "from json import nothing",
             "Mine",
@@ -189,11 +190,22 @@ def test_what_is_missing_at_a_place_is_named(write: Write, source: str, name: st
 def test_a_module_that_is_nowhere_is_told_with_where_it_was_sought(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Among what is installed, and in the current folder."""
+    """Among what is installed, in PYTHONPATH, and in the current folder; and how to put it into the last two."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", [*sys.path])
-    expected = "kind = 'no_such_file:Mine' cannot be imported (No module named 'no_such_file'); "
-    assert said(LEARNERS, "no_such_file:Mine") == expected + f"looked among the installed packages and in {tmp_path}"
+    message = said(LEARNERS, "no_such_file.inner:Mine")
+    assert message.startswith("kind = 'no_such_file.inner:Mine' cannot be imported (No module named 'no_such_file'). ")
+    assert f"in the current folder {tmp_path}. Change to the folder that holds no_such_file.py or" in message
+    assert message.endswith(": PYTHONPATH=path/to/folder somatopy ...")
+
+
+def test_where_another_package_has_the_name_it_is_told_which(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What was found instead, by its folder or its file."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", [*sys.path])
+    for place, where in (("json.mine:Mine", Path(json.__file__).parent), ("shlex.mine:Mine", Path(shlex.__file__))):
+        package = place.partition(".")[0]
+        assert f"{package} was found, {where}, and has no module mine" in said(LEARNERS, place)
 
 
 @pytest.mark.parametrize(

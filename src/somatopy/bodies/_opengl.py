@@ -1,6 +1,6 @@
 """Imports MuJoCo where its own import fails: when MUJOCO_GL names an OpenGL library that this machine lacks.
 
-What needs no picture then works, and what needs one can say what to install.
+With MuJoCo imported, everything that needs no pictures works. What needs pictures can say which library to install.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Changes of a body that can be undone: its camera is turned, its marker moved, its arm made longer or faster."""
+"""Changes of a body that can be undone: they turn its camera, move its marker, or make its arm longer or faster."""
 
 from __future__ import annotations
 
@@ -66,11 +66,11 @@ class Alterations:
     def stretch_arm(self, factor: float) -> Undo:
         """Lengthen the links of the arm: see `Alterable`.
 
-        The positions of joints, shapes and marker in the links are multiplied by the factor, and so are the lengths of
-        capsules and cylinders. Thickness stays. The body with the marker keeps its shape and moves outwards as a whole,
-        since a hand that grew would hide its marker. Masses stay, and inertias grow with the square of the factor.
-        Bodies that hang on a link beside the way to the hand, such as the head on a torso that turns with the arm, do
-        not move.
+        The factor multiplies the positions of joints, shapes and marker in the links, and the lengths of capsules and
+        cylinders. Thicknesses stay as they are. The body with the marker keeps its shape and moves outwards as a whole,
+        since a hand that grew would hide its marker. Masses stay as they are, and inertias grow with the square of the
+        factor. Only bodies between the first arm joint and the hand move: a head on a torso that turns with the arm
+        stays where it is.
         """
         model = self.model
         links = _links(model, self.anatomy)

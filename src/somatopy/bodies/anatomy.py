@@ -30,20 +30,20 @@ MODELS = {"nao": Path(__file__).parent / "nao" / "anatomy.toml"}
 
 
 class Anatomy(Table):
-    """What MujocoBody must know about a model beyond the model's own file, and what it adds to the model.
+    """What the file of a model does not say: which joints, camera and body take part, and what the model lacks.
 
     Attributes:
         name: the robot's name.
         model: the file of its model, MJCF (.xml) or URDF (.urdf).
         home: the keyframe in which the robot starts. Without it, all joints start at their reference position.
-        arm: joints that babble and carry the marker.
-        head: joints that carry the camera.
+        arm: the joints that babble. They move the body with the marker.
+        head: the joints that the learner moves. They move the camera.
         camera: the camera.
         marker: the cube of tags.
         ranges: babbling ranges of the arm by name, with one [low, high] for each joint, rad.
         package: the installed Python package in whose folder `model` is. It is not imported.
-        posture: start positions of single joints by name, rad (m for slides), in place of those of `home`.
-        add: what the model lacks.
+        posture: start positions of single joints by name, rad (m for slides). They replace those of `home`.
+        add: what is added to the model because it lacks it.
     """
 
     name: str
@@ -131,7 +131,10 @@ def _folders(package: str, path: Path) -> list[Path]:
 
 
 def anatomy_path(body: str) -> Path:
-    """Path of the anatomy file of a body that comes with somatopy, or that is named by its path.
+    """The path of an anatomy file.
+
+    Args:
+        body: the name of a body that comes with somatopy, or the path of an anatomy file.
 
     Raises:
         BodyError: neither a known name nor an existing file.

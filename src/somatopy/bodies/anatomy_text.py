@@ -1,4 +1,4 @@
-"""The anatomy file that a proposal stands for, as commented TOML."""
+"""Writes a proposal as an anatomy file: TOML with comments."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ Servos = Mapping[str, Mapping[str, float]]
 
 
 def anatomy_text(proposal: Proposal, servos: Servos | None = None) -> str:
-    """An anatomy file, with alternatives as comments.
+    """The text of an anatomy file, with comments that name other choices.
 
     Args:
-        proposal: what it shall say.
+        proposal: what the file says.
         servos: `kp`, `kv` and `force` of the position servos to add, by joint.
 
     Example:

@@ -1,4 +1,4 @@
-"""Stored arm movements, which all runs of one seed can share, since babbling does not depend on the learner."""
+"""Stored arm movements. All runs of one seed can share one, since babbling does not depend on the learner."""
 
 from __future__ import annotations
 
@@ -61,14 +61,14 @@ class Arm:
 
 @dataclass(frozen=True, eq=False)
 class ArmTrack:
-    """The movement of an arm, from its start.
+    """A recorded movement of an arm, from frame 0 on.
 
     Attributes:
         targets: the clipped target in each frame, shape (frames, n_arm), rad.
-        places: positions of all joints that move with the arm, at the start and at each frame's end, shape
+        places: positions of all joints that move with the arm, at the start and at the end of each frame, shape
             (frames + 1, m), rad.
-        states: all that the physics of these joints holds, every `EVERY` frames from the start on, shape (k, size).
-        setpoints: set-points at these moments, shape (k, n_arm), rad.
+        states: the full physical state of these joints at frames 0, `EVERY`, 2 `EVERY` and so on, shape (k, size).
+        setpoints: set-points in the same frames, shape (k, n_arm), rad.
     """
 
     targets: Floats
@@ -81,14 +81,14 @@ class ArmTrack:
 
     @classmethod
     def of(cls, body: MujocoBody, commands: ArrayLike) -> Self:
-        """The movement of a body's arm, whatever its head does.
+        """Record how a body's arm moves.
 
         Args:
-            body: a body whose arm moves alone, by physics; it is left as it is.
+            body: a body whose arm moves by physics and independently of the head. It is not moved.
             commands: the arm's target in each frame from the start on, shape (frames, n_arm), rad.
 
         Raises:
-            ValueError: the arm does not move by physics, or not alone.
+            ValueError: the arm moves without physics, or depends on the head.
             Diverged: the physics became unstable.
         """
         second = body.another()
@@ -104,7 +104,7 @@ class ArmTrack:
         return cls(targets, np.array(places), np.array(states), np.array(setpoints))
 
     def save(self, path: Path) -> None:
-        """Write it to a file, whole or not at all."""
+        """Write the movement to a file, whole or not at all."""
         first = np.flatnonzero(np.append(True, (np.diff(self.targets, axis=0) != 0).any(axis=1)))
         write_whole(
             path,
@@ -121,11 +121,11 @@ class ArmTrack:
 
     @classmethod
     def load(cls, path: Path) -> Self:
-        """Read it from a file.
+        """Read a movement from a file.
 
         Raises:
             OSError: there is no such file.
-            ValueError: what stands there is no track.
+            ValueError: the file is no track.
         """
         try:
             with np.load(path, allow_pickle=False) as file:
@@ -137,26 +137,26 @@ class ArmTrack:
 
 
 class Player:
-    """Leads an arm along a track.
+    """Moves an arm along a track instead of by physics.
 
     Args:
         track: the movement.
-        arm: whose movement it is.
+        arm: the arm that was recorded, or one like it.
     """
 
     def __init__(self, track: ArmTrack, arm: Arm) -> None:
         self._track, self._arm, self._at = track, arm, -1
 
     def leads(self, frame: int, target: Floats) -> bool:
-        """Whether the track has this frame, and its arm went for this clipped target, shape (n_arm,), in it."""
+        """Whether the track has this frame with this clipped target, shape (n_arm,), rad."""
         return frame < len(self._track) and bool((self._track.targets[frame] == target).all())
 
     def show(self, frame: int) -> None:
-        """Bring the whole model's joints to where they are at a frame's end."""
+        """Put the joints of the whole model where the track has them at the end of a frame."""
         self._arm.part.show_at(self._track.places[frame + 1])
 
     def fits(self, frame: int, setpoint: Floats) -> bool:
-        """Whether the arm as it is, with its set-points, shape (n_arm,), rad, is that of the track at a frame."""
+        """Whether the arm is now in the same state as the track at a frame. Its set-points have shape (n_arm,), rad."""
         now, self._at = self._arm.part.state(), -1
         if frame <= len(self._track):
             self.catch_up(frame)
@@ -166,7 +166,7 @@ class Player:
         return False
 
     def catch_up(self, frame: int) -> None:
-        """Bring the arm's physics to where the track is at a frame, from the last stored state before it."""
+        """Bring the physics of the arm to a frame of the track, by steps from the last stored state before it."""
         stored = min(frame // EVERY, len(self._track.states) - 1)
         if not stored * EVERY <= self._at <= frame:
             self._at = stored * EVERY
@@ -178,20 +178,21 @@ class Player:
 
 
 def kept_track(body: MujocoBody, key: bytes, frames: int, commands: Callable[[], ArrayLike] | None) -> ArmTrack | None:
-    """The movement of a body's arm; kept in the user's cache folder and looked up there.
+    """The movement of a body's arm, from the user's cache folder if it is there.
 
-    Of each movement the longest that was asked for is kept, and serves all that are shorter.
+    The cache keeps the longest version of each movement. A shorter one is the beginning of it.
 
     Args:
         body: the robot.
-        key: all that the targets depend on, such as the babbler's settings and seed, but for their number.
-        frames: how many frames it has at least, from 0 up.
-        commands: gives the arm's target in each frame, shape (frames, n_arm), rad; asked only if no movement of that
-            length is kept. None if nothing is to be computed.
+        key: everything that the targets depend on, such as the babbler's settings and the seed, except their number.
+        frames: the number of frames that are needed, from frame 0 on.
+        commands: function that returns the arm's target in each frame, shape (frames, n_arm), rad. It is called only
+            if the cache has no movement of that length. With None, nothing is computed.
 
     Returns:
-        The movement, perhaps a longer one, or None where none of that length is kept, or a track has no use: there are
-        no frames, or the arm does not move by physics and alone.
+        The movement, which may be longer than needed. None if the cache has none of that length and `commands` is None.
+        None, too, where a track would be of no use: for 0 frames, and for an arm that moves without physics or depends
+        on the head.
 
     Raises:
         Diverged: the physics became unstable.

@@ -19,7 +19,7 @@ _MOST = 4096  # px
 
 
 def set_fovy(spec: mujoco.MjSpec, camera: str, fovy: float) -> None:
-    """Give a camera of a spec a vertical field of view, degrees, in place of its sensor and focal lengths."""
+    """Set the vertical field of view of a spec's camera, degrees. It replaces the sensor and the focal lengths."""
     found = spec.camera(camera)
     found.fovy = fovy
     for name in ("sensor_size", "focal_length", "focal_pixel", "principal_length", "principal_pixel"):
@@ -27,7 +27,9 @@ def set_fovy(spec: mujoco.MjSpec, camera: str, fovy: float) -> None:
 
 
 def eye_camera(model: mujoco.MjModel, anatomy: Anatomy) -> Camera:
-    """The anatomy's camera. The picture's size is that of the anatomy, or else of the model, or else 320 x 240 px.
+    """The camera that the anatomy names.
+
+    The size of its picture is that of the anatomy, else that of the model, else 320 x 240 px.
 
     Raises:
         BodyError: the camera cannot be an eye.
@@ -64,11 +66,11 @@ def is_pinhole(model: mujoco.MjModel, camera: int) -> bool:
 
 
 def pinhole(model: mujoco.MjModel, camera: int, width: int, height: int) -> Camera:
-    """A camera of a model, by its number, as a pinhole camera that takes pictures of some size, px.
+    """A camera of a model, by its number, as a pinhole camera whose pictures are `width` x `height` px.
 
     MuJoCo shows the whole sensor in any picture. If sensor and picture differ in shape, the two focal lengths differ.
-    Its principal point counts against u and v: if the middle of the sensor is right of the optical axis, the picture
-    shows the axis left of its middle.
+    MuJoCo's principal point has the opposite sign of a shift in u and v: if the middle of the sensor is right of the
+    optical axis, the axis appears left of the middle of the picture.
     """
     plain = Camera(model.camera(camera).name, width, height, fovy=float(np.deg2rad(model.cam_fovy[camera])))
     if not model.cam_sensorsize[camera].any():

@@ -14,13 +14,13 @@ __all__ = ["check_chains"]
 
 
 def check_chains(spec: mujoco.MjSpec, anatomy: Anatomy) -> None:
-    """Check that the arm moves the marker and not the camera, and the head the camera and not the marker.
+    """Check that the arm moves only the marker, and that the head moves only the camera.
 
     The ceiling asks, for an arm posture, from which head postures the hand can be seen. This question has an answer
     only if the head does not move the hand, and the arm does not move the camera.
 
     Raises:
-        BodyError: they do not.
+        BodyError: a chain moves the wrong one, both, or neither.
     """
     marker, camera = spec.body(anatomy.marker.body), spec.camera(anatomy.camera.name).parent
     of_marker, of_camera = _joints_above(marker), _joints_above(camera)

@@ -23,15 +23,15 @@ _ROUNDING = 1e-6
 def check_body(
     make: Callable[[], Body], *, pictures: bool = True, injure: Callable[[Any], object] | None = None
 ) -> None:
-    """Check that a body keeps its contract, and the contract of each of its capabilities, such as `Twin`.
+    """Check that a body keeps the contract `Body`, and that of each capability it has, such as `Twin`.
 
     Args:
-        make: makes a fresh body, as it is before `reset`.
-        pictures: whether to check the camera's pictures too, for which many bodies need OpenGL.
-        injure: function that changes the body it is given, as a damage does. None to leave this test out.
+        make: function that makes a new body. `reset` has not been called on it.
+        pictures: whether to check the camera's pictures, too. Many bodies need OpenGL for them.
+        injure: function that changes the body it is given, as a damage does. With None, this check is left out.
 
     Raises:
-        ContractError: it breaks a law; the message says which, what was seen and how to fix it.
+        ContractError: the body breaks a law. The message says which law, what was seen, and how to mend it.
 
     Example:
         >>> from somatopy.bodies import MujocoBody

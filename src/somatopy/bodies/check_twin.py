@@ -1,4 +1,4 @@
-"""A check that any body with a model of itself keeps the contract `Twin`."""
+"""A check that a body with a model of itself keeps the contract `Twin`."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ def check_twin(start: Callable[[int], Any], injure: Callable[[Any], object] | No
     """Check that a body keeps the contract of `Twin`.
 
     Args:
-        start: a fresh body, reset with a seed.
-        injure: function that changes the body it is given, as a damage does. None to leave this test out.
+        start: function that makes a new body and resets it with the seed that it is given.
+        injure: function that changes the body it is given, as a damage does. With None, this check is left out.
 
     Raises:
-        ContractError: it breaks a law; the message says which, what was seen and how to fix it.
+        ContractError: the body breaks a law. The message says which law, what was seen, and how to mend it.
     """
     _names_ranges(start(0))
     _imagines_what_is_sensed(start(0))

@@ -1,4 +1,4 @@
-"""Corrects what models made for other purposes bring along, if that changes nothing else, and refuses the rest."""
+"""Adapts models made for other purposes, where that changes nothing else, and refuses those that cannot run."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _SHAKES = {int(mujoco.mjtIntegrator.mjINT_EULER): ("Euler", 2.0), int(mujoco.mjt
 
 
 def said(error: Exception, path: Path) -> str:
-    """An error of MuJoCo in one paragraph, with what to write if a file was not found or not understood."""
+    """An error of MuJoCo as one paragraph. If a file was not found or not understood, it says what to write."""
     words = " ".join(str(error).removeprefix("Error: ").split()).rstrip(".")
     if "Error opening file" in words:
         words += (
@@ -52,10 +52,10 @@ def said(error: Exception, path: Path) -> str:
 
 
 def prepare(spec: mujoco.MjSpec, path: Path) -> None:
-    """Check that a spec has no names that somatopy uses, and keep MuJoCo from removing what is added to it.
+    """Check that no name in a spec begins with `somatopy_`, and keep MuJoCo from removing shapes and bodies.
 
-    Some models let MuJoCo leave out shapes that cannot touch anything, such as the cube of tags, and merge bodies
-    without joints into others, so that their names are lost. A URDF does so by default.
+    Some models tell MuJoCo to leave out shapes that cannot touch anything, as the cube of tags cannot, and to merge
+    bodies without joints into others, which loses their names. For a URDF, both are the default.
 
     Raises:
         BodyError: something has a name that begins with `somatopy_`.
@@ -71,7 +71,7 @@ def prepare(spec: mujoco.MjSpec, path: Path) -> None:
 
 
 def see_far(model: mujoco.MjModel) -> None:
-    """Let cameras draw everything from 1 mm to at least the reach of the robot."""
+    """Set the clipping planes of all cameras: they draw from 1 mm away to beyond the reach of the robot."""
     model.vis.map.znear = 0.001 / model.stat.extent
     far = 2 * _reach(model) / model.stat.extent
     if model.vis.map.zfar < far:
@@ -97,10 +97,10 @@ def _reach(model: mujoco.MjModel) -> float:
 
 
 def check_compiled(model: mujoco.MjModel, path: Path) -> None:
-    """Check that a model has no values that are not numbers, and that its physics step is usable.
+    """Check that no number of a model is NaN, and that its physics step can be used.
 
     Raises:
-        BodyError: it has one, or the step is not usable. The message names the place in the model.
+        BodyError: a number is NaN, or the step cannot be used. The message names the place in the model.
     """
     for what, owner in _missing_numbers(model):
         raise BodyError(f"The {owner} of {path} has a {what} that is no number (nan). Write a number, or leave it out.")
@@ -122,10 +122,10 @@ def _missing_numbers(model: mujoco.MjModel) -> Iterator[tuple[str, str]]:
 
 
 def check_joints(group: JointGroup, anatomy: Anatomy) -> None:
-    """Check that joints have finite limits, and that figures can show their names.
+    """Check that joints have finite limits, and names that figures can show.
 
     Raises:
-        BodyError: a joint has no finite limits, or a name that figures cannot show.
+        BodyError: a joint has no finite limits, or figures cannot show its name.
     """
     for name, low, high in zip(group.names, group.lower, group.upper, strict=True):
         if not name.isprintable() or "$" in name:
@@ -146,10 +146,10 @@ def check_servos(model: mujoco.MjModel, servos: tuple[str, ...], path: Path) -> 
     Args:
         model: the model.
         servos: names of the servos of arm and head.
-        path: the model's file.
+        path: the model's file, for the message.
 
     Raises:
-        BodyError: one is switched off, works against another, or brakes too hard.
+        BodyError: a servo is switched off, works against another one, or damps its joint too strongly.
     """
     numbers = [int(model.actuator(name).id) for name in servos]
     joints = [model.joint(model.actuator_trnid[k, 0]).name for k in numbers]
@@ -220,10 +220,10 @@ def _inertia(model: mujoco.MjModel) -> Floats:
 
 
 def check_scale(view: View, camera: Camera, marker: Marker, anatomy: Anatomy) -> None:
-    """Check that the model is in metres, by the size at which the camera shows a tag in the start posture.
+    """Check that the model is in metres, by the size of a tag in the picture in the start posture.
 
     Raises:
-        BodyError: the tag is a point in the picture.
+        BodyError: the tag is as small as a point in the picture.
     """
     distance = float(np.linalg.norm(view.camera[:3] - view.marker[:3]))
     if distance * _LEAST_TAG > max(camera.focals) * marker.tag_size:

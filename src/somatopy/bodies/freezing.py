@@ -19,29 +19,29 @@ _EQUAL, _OBJECT, _TRANSMISSION = mujoco.mjtEq, mujoco.mjtObj, mujoco.mjtTrn
 
 
 class Pose(NamedTuple):
-    """A place and a turn: what takes a body's frame to its parent's."""
+    """A position and a rotation: they take coordinates in a body's frame to its parent's frame."""
 
     place: Floats
     turn: Floats
 
     def then(self, other: Pose) -> Pose:
-        """Of a frame that has the pose `other` in a frame of this pose."""
+        """The pose of a frame that has the pose `other` in the frame of this pose."""
         place, turn = np.empty(3), np.empty(4)
         mujoco.mju_mulPose(place, turn, self.place, self.turn, other.place, other.turn)
         return Pose(place, turn)
 
     def inverse(self) -> Pose:
-        """What undoes it."""
+        """The pose that undoes this one."""
         place, turn = np.empty(3), np.empty(4)
         mujoco.mju_negPose(place, turn, self.place, self.turn)
         return Pose(place, turn)
 
     def point(self, point: Floats) -> Floats:
-        """Where it takes a point."""
+        """A point, shape (3,), m, in the outer frame."""
         return self.place + self.direction(point)
 
     def direction(self, direction: Floats) -> Floats:
-        """Where it takes a direction."""
+        """A direction, shape (3,), in the outer frame."""
         turned = np.empty(3)
         mujoco.mju_rotVecQuat(turned, direction, self.turn)
         return turned
@@ -54,21 +54,21 @@ def freeze(
     joints: Collection[str],
     driven: Collection[str] = (),
 ) -> mujoco.MjModel:
-    """Take joints out of a spec, and leave their bodies where `data` has them.
+    """Remove joints from a spec, and leave their bodies where they are in `data`.
 
-    Whatever else concerns these joints goes too: tendons over them, their actuators, sensors, equalities and tuples. A
-    joint that an equality ties to one of them is held where it is, unless something drives it. Bodies that touched
-    each other in no posture before still touch in none.
+    Everything that refers to these joints is removed, too: tendons over them, and their actuators, sensors, equalities
+    and tuples. A joint that an equality ties to a removed one is held where it is, unless a servo drives it. Bodies
+    that could not touch each other before still cannot.
 
     Args:
-        spec: all its bodies, joints, geoms and actuators have names.
-        model: what it compiles to.
-        data: a posture, in which kinematics are up to date.
-        joints: names of joints.
+        spec: the spec. All its bodies, joints, geoms and actuators must have names.
+        model: the compiled spec.
+        data: the posture in which the bodies stay. Its kinematics must be up to date.
+        joints: names of the joints to remove.
         driven: names of joints that servos move.
 
     Returns:
-        The model without these joints.
+        The compiled model without these joints.
     """
     if not joints:
         return model
@@ -91,7 +91,7 @@ def name_tendons(spec: mujoco.MjSpec) -> None:
 
 
 def forget(spec: mujoco.MjSpec, gone: set[tuple[str, str]]) -> None:
-    """Delete joints, tendons and actuators, each a kind and a name, and all that refers to them."""
+    """Delete joints, tendons and actuators, given as pairs of kind and name, and everything that refers to them."""
     for kind, things in (("tendon", spec.tendons), ("actuator", spec.actuators), ("joint", spec.joints)):
         named = [thing for thing in things if (kind, thing.name) in gone]
         if kind == "joint":
@@ -118,7 +118,7 @@ def _forget_references(spec: mujoco.MjSpec, gone: set[tuple[str, str]]) -> None:
 
 
 def stand(body: Any, pose: Pose) -> None:
-    """Give a body of a spec a pose in its parent, whatever it had."""
+    """Set the pose of a spec's body in its parent's frame."""
     if body.frame is not None:
         body.set_frame(body.parent.add_frame())
     body.pos, body.quat, body.alt.type = pose.place, pose.turn, mujoco.mjtOrientation.mjORIENTATION_QUAT

@@ -1,4 +1,4 @@
-"""The tree of a model's bodies, as far as it moves: which joints move a body, and where the tree branches."""
+"""The tree of a model's moving bodies: which joints move a body, and where the tree branches."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def carrier(model: mujoco.MjModel, joint: int) -> str:
 
 
 def path_to(model: mujoco.MjModel, body: int) -> list[int]:
-    """Bodies from the world's child down to this one."""
+    """Bodies on the way from the world to this one, without the world, this one last."""
     path: list[int] = []
     while body:
         path.append(body)
@@ -32,12 +32,12 @@ def path_to(model: mujoco.MjModel, body: int) -> list[int]:
 
 
 def joints_above(model: mujoco.MjModel, body: int) -> list[int]:
-    """All joints that move a body, from the world on."""
+    """All joints that move a body, the one nearest to the world first."""
     return [joint for above in path_to(model, body) for joint in own_joints(model, above)]
 
 
 def moving_children(model: mujoco.MjModel) -> list[list[int]]:
-    """For each body, its children that have a joint or carry something that has one."""
+    """For each body, those of its children that have a joint, or carry a body that has one."""
     has = np.array([model.body_jntnum[b] > 0 for b in range(model.nbody)])
     children: list[list[int]] = [[] for _ in has]
     for body in range(model.nbody - 1, 0, -1):
@@ -49,7 +49,7 @@ def moving_children(model: mujoco.MjModel) -> list[list[int]]:
 
 
 def segments(model: mujoco.MjModel) -> Iterator[list[int]]:
-    """Joints between two places where the tree of moving bodies branches."""
+    """The chains of joints between places where the tree of moving bodies branches."""
     children = moving_children(model)
     open_ends = [(child, [*own_joints(model, child)]) for child in children[0]]
     while open_ends:
@@ -62,7 +62,7 @@ def segments(model: mujoco.MjModel) -> Iterator[list[int]]:
 
 
 def one_dof_tail(model: mujoco.MjModel, joints: list[int]) -> list[int]:
-    """The hinges and slides at the end, behind any ball or free joint."""
+    """The hinges and slides at the end of a chain, after its last ball or free joint."""
     tail: list[int] = []
     for joint in reversed(joints):
         if model.jnt_type[joint] not in (HINGE, SLIDE):
@@ -72,7 +72,7 @@ def one_dof_tail(model: mujoco.MjModel, joints: list[int]) -> list[int]:
 
 
 def rigid_with(model: mujoco.MjModel, body: int) -> list[int]:
-    """A body and those that hang on it without a joint, in the model's order."""
+    """A body and all that are fixed to it without a joint, in the model's order."""
     return [b for b in range(body, model.nbody) if model.body_weldid[b] == model.body_weldid[body]]
 
 

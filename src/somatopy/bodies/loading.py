@@ -1,4 +1,4 @@
-"""A model's description, compiled, and what it must have."""
+"""Reads and compiles the file of a model, and checks that it has what an anatomy names."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ __all__ = ["available", "compiled", "parse", "require"]
 
 
 def parse(path: Path) -> mujoco.MjSpec:
-    """The description in a file.
+    """The spec in a file, MJCF or URDF.
 
     Raises:
-        BodyError: it is missing, or MuJoCo cannot read it.
+        BodyError: the file is missing, or MuJoCo cannot read it.
     """
     if not path.is_file():
         raise BodyError(f"The model {path} does not exist.")
@@ -71,7 +71,9 @@ def _in_package(file: str, model: Path) -> str:
 
 
 def compiled(spec: mujoco.MjSpec, path: Path) -> mujoco.MjModel:
-    """The model of a description, which stays as it is: MuJoCo takes things out of a compiled one 20 times more slowly.
+    """Compile a copy of a spec.
+
+    The spec itself is not compiled, since MuJoCo removes parts from a compiled spec 20 times more slowly.
 
     Raises:
         BodyError: MuJoCo cannot compile it.
@@ -83,10 +85,16 @@ def compiled(spec: mujoco.MjSpec, path: Path) -> mujoco.MjModel:
 
 
 def require(spec: mujoco.MjSpec, anatomy: Anatomy, kind: str, names: Sequence[str]) -> None:
-    """A joint, camera, body or keyframe of each name.
+    """Check that a spec has a joint, camera, body or keyframe of each name.
+
+    Args:
+        spec: the spec.
+        anatomy: the anatomy that gives the names, for the message.
+        kind: "joint", "camera", "body" or "keyframe".
+        names: the names.
 
     Raises:
-        BodyError: one does not exist; the message names those that do.
+        BodyError: one does not exist. The message lists those that do.
     """
     parts = {"joint": spec.joints, "camera": spec.cameras, "body": spec.bodies, "keyframe": spec.keys}[kind]
     there = [part.name for part in parts]
@@ -98,7 +106,10 @@ def require(spec: mujoco.MjSpec, anatomy: Anatomy, kind: str, names: Sequence[st
 
 
 def available(kind: str, parts: Sequence[Any]) -> str:
-    """The names of parts of a spec, and how many have none, in which bodies, and how to name them."""
+    """The names of a spec's parts, for a message.
+
+    If some have no name, the text says how many, in which bodies, and how to name them.
+    """
     named = ", ".join(part.name for part in parts if part.name)
     nameless = [part for part in parts if not part.name]
     if not nameless:

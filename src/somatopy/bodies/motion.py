@@ -1,4 +1,4 @@
-"""The two kinds of motion: joints go to their set-points at once, or by physics."""
+"""The two kinds of motion: joints are at their set-points at once, or physics moves them there."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ class Kinematic:
 
     Args:
         built: the model.
-        data: its state.
+        data: the state of the model.
         layout: the joints of arm and head.
 
     Attributes:
-        arm_moves_alone: whether the arm's movement does not depend on the head's, to the last bit.
+        arm_moves_alone: whether the arm moves the same to the last bit, whatever the head does.
     """
 
     arm_moves_alone = True
@@ -41,39 +41,50 @@ class Kinematic:
         self._positions = data.qpos
 
     def begin(self, setpoint: Floats) -> None:
-        """Start with the set-points, shape (n,), rad."""
+        """Start at set-points, shape (n,), rad."""
 
     def use(self, track: ArmTrack, arm: JointGroup, stride: Floats, frame: int, setpoint: Floats) -> bool:
-        """Take the arm's movement from a track; whether the arm, which stands at a frame with its set-points, fits."""
+        """Take the arm's movement from a track.
+
+        Args:
+            track: the movement.
+            arm: the arm's joints.
+            stride: largest change of each of the arm's set-points in a frame, shape (n_arm,), rad.
+            frame: the present frame.
+            setpoint: the set-points of arm and head, shape (n,), rad.
+
+        Returns:
+            Whether the arm is in the state that the track has at this frame. If not, the track is not used.
+        """
         return False
 
     def drop(self, frame: int) -> None:
-        """Go on without a track from a frame on."""
+        """Move the arm without a track from this frame on."""
 
     def put(self, posture: Floats) -> None:
         """Stand still in a posture, shape (n,), rad."""
         self._data.qpos[self._places], self._data.qvel[:] = posture, 0.0
 
     def move(self, before: Floats, after: Floats, target: Floats, frame: int) -> None:
-        """Let a frame pass, in which set-points go from `before` to `after`, towards `target`, each (n,), rad."""
+        """Let a frame pass: set-points move from `before` to `after` on their way to `target`, each (n,), rad."""
         self._positions[self._places] = after
 
     def state(self, frame: int) -> Floats:
-        """All that a bit-exact continuation from a frame on needs."""
+        """Everything that is needed to continue bit for bit from a frame."""
         state = np.empty(mujoco.mj_stateSize(self._model, _ALL))
         mujoco.mj_getState(self._model, self._data, state, _ALL)
         return state
 
     def restore(self, state: Floats, frame: int, setpoint: Floats) -> None:
-        """Continue from the state at a frame, with set-points, shape (n,), rad."""
+        """Continue from a state that was taken at a frame, with set-points of shape (n,), rad."""
         mujoco.mj_setState(self._model, self._data, state, _ALL)
 
 
 class Dynamic:
     """Motion by physics: servos follow the set-points under gravity, contact and torque limits.
 
-    Args, attributes and methods are those of `Kinematic`. Arm and head are stepped apart where nothing couples them. A
-    change of the whole model's constants is noticed, and carried over to what is stepped, before the next frame.
+    It has the arguments, attributes and methods of `Kinematic`. If nothing couples arm and head, each is stepped in a
+    model of its own. When constants of the whole model change, these models change before the next frame.
     """
 
     def __init__(self, built: Build, data: mujoco.MjData, layout: Layout) -> None:
@@ -112,7 +123,7 @@ class Dynamic:
         self._player = player if fits else None
 
     def begin(self, setpoint: Floats) -> None:
-        """Start where the whole model is, with the set-points, shape (n,), rad."""
+        """Start in the posture of the whole model, with set-points of shape (n,), rad."""
         for part in self.parts:
             part.begin(setpoint)
         self._keep(self._player, 0, setpoint)
@@ -127,7 +138,7 @@ class Dynamic:
         """As `Kinematic.move`.
 
         Raises:
-            Diverged: the physics became unstable; all is as it was before.
+            Diverged: the physics became unstable. The state is then the one before this call.
         """
         if self._watch.changed():
             self.drop(frame)
@@ -154,13 +165,13 @@ class Dynamic:
             part.show()
 
     def state(self, frame: int) -> Floats:
-        """All that a bit-exact continuation from a frame on needs, part by part; with or without a track the same."""
+        """Everything that is needed to continue bit for bit from a frame, part by part. A track makes no difference."""
         if self._player is not None:
             self._player.catch_up(frame)
         return np.concatenate([part.state() for part in self.parts])
 
     def restore(self, state: Floats, frame: int, setpoint: Floats) -> None:
-        """As `Kinematic.restore`; a track whose movement it is goes on to lead."""
+        """As `Kinematic.restore`. A track stays in use if it has the same movement."""
         ends = np.cumsum([part.size for part in self.parts])[:-1]
         for part, own in zip(self.parts, np.split(state, ends), strict=True):
             part.restore(own)

@@ -43,18 +43,18 @@ class MujocoBody(Alterations):
     """A robot simulated by MuJoCo, described by a model (MJCF or URDF) and an anatomy file.
 
     Set-points move towards the targets at constant speed, as those of NAOqi's setAngles do. With the motion "dynamic",
-    the model's position servos follow the set-points under gravity, contact and torque limits; a filter that a servo
-    may have is left out. With the motion "kinematic", the joints are always at their set-points. Arm and head can pass
-    through each other, and readings mark the frames in which they do. The anatomy can add what the model lacks: a fixed
-    base, a neck, a camera, limits, servos.
+    the model's position servos follow the set-points under gravity, contact and torque limits. Filters of the servos
+    are removed. With the motion "kinematic", the joints are always at their set-points. Arm and head can pass through
+    each other, and readings mark the frames in which they do. The anatomy can add to the model: a fixed base, a neck, a
+    camera, limits, servos.
 
     Args:
         anatomy: an Anatomy, the path of an anatomy file, or the name of a body that comes with somatopy.
         motion: "dynamic" or "kinematic".
-        arm_speed: speed of the arm's set-points, rad/s; the velocity limits if None.
-        head_speed: the same for the head.
+        arm_speed: speed of the arm's set-points, rad/s. With None they move at the velocity limits.
+        head_speed: speed of the head's set-points, likewise.
         marker: the cube of tags on the hand.
-        fovy: vertical field of view of the camera, degrees; the model's if None.
+        fovy: vertical field of view of the camera, degrees. With None it is that of the model.
 
     Attributes:
         arm: names and limits of the arm's joints.
@@ -64,12 +64,12 @@ class MujocoBody(Alterations):
         occluders: shapes that can stand between camera and marker. Their poses are in the view of each reading.
         arm_moves_alone: whether nothing couples arm and head, so that the arm moves the same to the last bit whatever
             the head does.
-        ranges: babbling ranges by name, shape (n_arm, 2), rad: the anatomy's, and "mechanical", the joint limits.
-            There are always the ranges "confined" and "wide", in which presets babble. Where the anatomy has no wide
-            one it is the confined one, and where it has none of that it is the joint limits.
+        ranges: babbling ranges by name, shape (n_arm, 2), rad. They are those of the anatomy, and "mechanical", the
+            joint limits. Presets babble in "confined" and "wide". If the anatomy has no wide range, the confined one
+            takes its place, and if it has none of that, the joint limits do.
         model: the compiled MuJoCo model.
-        data: the model's state. If arm and head are stepped apart, only joint positions and poses in it are up to date,
-            not velocities and forces. Writing into it then moves nothing: change the model instead.
+        data: the model's state. If arm and head are stepped apart, its joint positions and poses are up to date, and
+            its velocities and forces are not. Writing into it then moves nothing: change the model instead.
 
     Raises:
         BodyError: model and anatomy do not fit. The message lists what there is.
@@ -132,7 +132,7 @@ class MujocoBody(Alterations):
     # -- the contract ------------------------------------------------------------------------------------------------
 
     def reset(self, seed: int | None = None) -> Reading:
-        """Stand in the home posture at time 0. The body has no noise: `seed` changes nothing."""
+        """Stand in the home posture at time 0. Since the body has no noise, `seed` changes nothing."""
         self._go_home(self.data)
         self._frame = 0
         self._setpoint = self.data.qpos[self._layout.places]
@@ -151,8 +151,8 @@ class MujocoBody(Alterations):
             head: head target, shape (n_head,), rad.
 
         Raises:
-            ValueError: a target of wrong length or not finite.
-            Diverged: the physics became unstable. The body stands as it stood before.
+            ValueError: a target has a wrong length, or is not finite.
+            Diverged: the physics became unstable. The body is then in the state before this step.
         """
         targets = _vector("arm", arm, self.arm), _vector("head", head, self.head)
         sensed, before, aimed = self._positions[self._layout.places], self._setpoint.copy(), self._target.copy()
@@ -168,7 +168,7 @@ class MujocoBody(Alterations):
         return self._sense(FRAME)
 
     def state(self) -> dict[str, Any]:
-        """MuJoCo's full integration state of what is stepped, set-points, targets and the frame count."""
+        """Everything that a later `restore` needs: the physical state, set-points, targets and the number of frames."""
         return {
             "physics": self._motion.state(self._frame),
             "setpoint": self._setpoint.copy(),
@@ -185,21 +185,23 @@ class MujocoBody(Alterations):
         return self._sense(FRAME if self._frame else 0.0)
 
     def use_track(self, track: ArmTrack) -> bool:
-        """Take the arm's movement from a track; nothing else changes, in no bit of any reading or state.
+        """Take the arm's movement from a track. All readings and states stay the same to the last bit.
 
-        The track leads from here on, until the arm's target is not the track's, a constant of the model has changed,
-        the body is placed or restored elsewhere, or the track ends. Then physics moves the arm on from there.
+        The track is used from this frame on, until it ends. It is given up earlier if the arm's target is not that of
+        the track, if a constant of the model changes, or if the body is placed or restored elsewhere. Physics then
+        moves the arm.
 
         Returns:
-            Whether the arm stands where the track's does in this frame. If not, or where arms do not move by physics
-            and alone, the body goes on without.
+            Whether the track is used. It is not if the arm is not in the state that the track has at this frame, or
+            if the arm moves without physics or depends on the head.
         """
         return self._motion.use(track, self.arm, self._stride[: len(self.arm)], self._frame, self._setpoint)
 
     def share_arm(self, key: bytes, frames: int, commands: Callable[[], Floats] | None) -> bool:
         """Take the arm's movement from the user's cache; see `somatopy.contract.SharesArm`.
 
-        An arm whose physics becomes unstable on the way is moved by its own physics, and a run ends where it does.
+        If the physics of the arm becomes unstable during that movement, no track is used, and the run ends with the
+        frame in which this happens.
         """
         try:
             track = kept_track(self, key, frames, commands)
@@ -208,11 +210,11 @@ class MujocoBody(Alterations):
         return track is not None and self.use_track(track)
 
     def unshare_arm(self) -> None:
-        """Move the arm by its own physics from here on; see `somatopy.contract.SharesArm`."""
+        """Move the arm by its own physics from now on; see `somatopy.contract.SharesArm`."""
         self.drop_track()
 
     def drop_track(self) -> None:
-        """Go on without a track."""
+        """Move the arm without a track from now on."""
         self._motion.drop(self._frame)
 
     @property
@@ -221,10 +223,10 @@ class MujocoBody(Alterations):
         return self._motion.tracked
 
     def arm_alone(self) -> Arm:
-        """The arm, to be moved without the rest of this body, which must not move meanwhile.
+        """The arm, which can be moved without the rest of this body. Meanwhile the body itself must not move.
 
         Raises:
-            ValueError: the arm does not move by physics, or not alone.
+            ValueError: the arm moves without physics, or depends on the head.
         """
         if not (isinstance(self._motion, Dynamic) and self.arm_moves_alone):
             raise ValueError(f"The arm of {self.anatomy.name} ({self.motion}) does not move by physics and alone.")
@@ -233,7 +235,7 @@ class MujocoBody(Alterations):
         return arm
 
     def close(self) -> None:
-        """Free the renderers; a second call does nothing."""
+        """Free the renderers. A second call does nothing."""
         for renderer in self._renderers.values():
             renderer.close()
         self._renderers.clear()
@@ -245,13 +247,13 @@ class MujocoBody(Alterations):
         height: int | None = None,
         part: Part | None = None,
     ) -> Image:
-        """Draw the robot as one of the model's cameras sees it now, (height, width, 3); its own by default.
+        """Draw the robot as one of the model's cameras sees it now, RGB, shape (height, width, 3).
 
         Args:
-            camera: the camera's name.
-            width: px.
-            height: px.
-            part: left, top, right, bottom, px, to draw only that part; its pixels are those of the whole.
+            camera: the camera's name. With None it is the camera that the eye looks through.
+            width: width of the picture, px. With None it is that of the eye's camera.
+            height: height of the picture, px. With None it is that of the eye's camera.
+            part: left, top, right and bottom, px, of the part to draw. Its pixels are the same as in the whole picture.
         """
         key = camera or self.camera.name, width or self.camera.width, height or self.camera.height
         if key not in self._renderers:
@@ -263,7 +265,7 @@ class MujocoBody(Alterations):
         return self._renderers[key].render(self.data, part)
 
     def place(self, arm: ArrayLike, head: ArrayLike) -> Reading:
-        """Put the robot at rest into a posture, at once and without clipping, and sense; for pictures and tests.
+        """Put the robot at rest into a posture, at once and without clipping, and sense. Pictures and tests use this.
 
         Args:
             arm: arm posture, shape (n_arm,), rad.
@@ -279,7 +281,7 @@ class MujocoBody(Alterations):
         return self._sense(0.0)
 
     def view(self, arm: ArrayLike, head: ArrayLike) -> View:
-        """True poses at any posture, without moving the robot; nothing is clipped.
+        """The true poses at any posture, which is not clipped. The robot does not move.
 
         Args:
             arm: arm posture, shape (n_arm,), rad.
@@ -299,25 +301,25 @@ class MujocoBody(Alterations):
         return posture[len(self.arm) :]
 
     def fingerprint(self) -> bytes:
-        """A hash of the model as it is now, injuries included, of motion, speeds, anatomy, camera and marker.
+        """A hash of the model as it is now, with its injuries, and of motion, speeds, anatomy, camera and marker.
 
-        Where the model's file stands and which pictures were drawn do not count.
+        It does not depend on the place of the model's file, nor on pictures that were drawn.
         """
         anatomy = self.anatomy.model_copy(update={"model": Path(self.anatomy.model.name)})
         said = (mujoco.mj_versionString(), self.motion, self._stride.tolist(), anatomy, self.camera, self.marker)
         return hashlib.sha256(saved(self.model) + repr(said).encode()).digest()
 
     def arm_fingerprint(self) -> bytes:
-        """A hash of all that the movement of an arm that moves alone depends on, besides its targets."""
+        """A hash of everything that the arm's movement depends on, except its targets, where it moves alone."""
         arm = self.another().arm_alone()
         limits = self.arm.lower, self.arm.upper, self.arm.velocity, self._stride[: len(self.arm)]
         said = [values.tobytes() for values in (*limits, arm.setpoint, arm.part.state())]
         return hashlib.sha256(saved(arm.part.model) + repr(self.arm.names).encode() + b"".join(said)).digest()
 
     def another(self) -> Self:
-        """A second body like this one, at its start, with a copy of this one's model as it is now, injuries included.
+        """A second body at its start. It has a copy of the present model, with its injuries.
 
-        Limits, camera and occluders are read from that model anew. Whoever asks for the body closes it.
+        Its limits, camera and occluders are read from that copy. The caller must close it.
         """
         second = copy(self)
         model = copy(self.model)
@@ -414,7 +416,7 @@ class Mujoco(Settings):
     marker: Annotated[OnHand, Doc("The cube of tags on the hand.")] = field(default_factory=OnHand)
 
     def build(self, context: BuildContext) -> MujocoBody:
-        """The robot, its arm moving at babbling speed.
+        """The robot, with an arm that moves at the speed of the babbling.
 
         Raises:
             BodyError: model and anatomy do not fit. The message lists what there is.

@@ -1,4 +1,4 @@
-"""Pictures of a robot from outside, by a camera in the room that can see everything that moves."""
+"""Pictures of a robot from outside, taken by a camera in the room that sees everything that moves."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ _FINE = (
 
 @dataclass(frozen=True)
 class Standpoint:
-    """Where a camera in the room stands, and whence it looks.
+    """The position and the direction of a camera in the room.
 
     Attributes:
-        place: its place, shape (3,), m.
-        back: the unit vector against which it looks, shape (3,).
+        place: its position, shape (3,), m.
+        back: the unit vector opposite to its viewing direction, shape (3,).
     """
 
     place: Floats
@@ -39,14 +39,13 @@ class Standpoint:
 
 
 class Onlooker:
-    """Draws a robot as a camera in the room sees it, finely; close it explicitly.
+    """Draws a robot as a camera in the room sees it, in high quality. It must be closed.
 
-    It draws a second body, a copy of the first one as it is at this moment, injuries included. The first one does not
-    move.
+    It draws a copy of the body as it is when the onlooker is made, with its injuries. The body itself does not move.
 
     Args:
         body: the robot.
-        at: where the camera stands; None for the model's own camera of the name `OUTSIDE`.
+        at: where the camera stands. With None, the model's own camera named `OUTSIDE` is used.
         size: width and height of the pictures, px.
 
     Example:
@@ -67,30 +66,35 @@ class Onlooker:
         self._camera = int(model.camera(self._name).id)
 
     def picture(self, arm: ArrayLike, head: ArrayLike) -> Image:
-        """The robot in a posture of arm, (n_arm,), and head, (n_head,), rad, slides m: (height, width, 3), RGB."""
+        """Draw the robot in a posture, RGB, shape (height, width, 3).
+
+        Args:
+            arm: arm posture, shape (n_arm,), rad, slides m.
+            head: head posture, shape (n_head,), rad, slides m.
+        """
         self._shown.place(arm, head)
         width, height = self._size
         drawn = self._shown.picture(self._name, _FINE * width, _FINE * height)
         return np.asarray(cv2.resize(drawn, self._size, interpolation=cv2.INTER_AREA), np.uint8)
 
     def pixel(self, point: Floats) -> Floats:
-        """Where a point of the room, shape (3,), m, lies in the last picture: (u, v), px."""
+        """The place of a point of the room, shape (3,), m, in the last picture: (u, v), px."""
         data, (width, height) = self._shown.data, self._size
         x, y, z = (point - data.cam_xpos[self._camera]) @ data.cam_xmat[self._camera].reshape(3, 3)
         focal = 0.5 * height / np.tan(np.deg2rad(self._shown.model.cam_fovy[self._camera]) / 2)
         return np.asarray(0.5 * np.array([width, height]) + focal * np.array([x, -y]) / -z)
 
     def close(self) -> None:
-        """Free the second body; another call does nothing."""
+        """Free the copy of the body. A second call does nothing."""
         self._shown.close()
 
 
 def standpoint(body: MujocoBody, postures: Iterable[tuple[ArrayLike, ArrayLike]]) -> Standpoint:
-    """Where a camera sees all that moves in these postures: from the hand's side, from above.
+    """A place for a camera that sees everything that moves in some postures. It looks down from the side of the hand.
 
     Args:
-        body: the robot; it is moved.
-        postures: of arm, shape (n_arm,), and head, shape (n_head,), rad, slides m: at least one.
+        body: the robot. This function moves it.
+        postures: at least one pair of arm posture, shape (n_arm,), and head posture, shape (n_head,), rad, slides m.
     """
     balls, hands, eyes = [], [], []
     for posture in postures:

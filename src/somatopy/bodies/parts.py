@@ -1,9 +1,10 @@
-"""A model cut into parts that do not touch each other's numbers, each of which can be stepped by itself.
+"""Cuts a model into parts that do not influence each other, so that each can be stepped by itself.
 
-A tree is a moving body on a base that stands still, with all that hangs on it: a NAO on fixed legs has three, its head
-and its arms. Trees that cannot touch, hold or drive each other move independently, but in one model they share rounding
-errors: the root's centre of mass is the origin of their spatial quantities, and one solver ends when all are solved.
-Cut apart, the arm moves the same to the last bit, whatever the head does. Shapes that are only drawn are cut away too.
+A tree is a moving body on a base that stands still, with all bodies that hang on it. A NAO on fixed legs has three: its
+head and its arms. Trees that cannot touch, hold or drive each other move independently. In one model they still share
+rounding errors: the root's centre of mass is the origin of their spatial quantities, and the solver stops when all are
+solved. In a part of its own, the arm moves the same to the last bit, whatever the head does. A part has no shapes that
+are only drawn.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ Trees = frozenset[int]
 
 
 def name_all(spec: mujoco.MjSpec) -> None:
-    """Give names to the bodies, joints, geoms and servos that have none, so that they are found again in each part."""
+    """Name all bodies, joints, geoms and servos that have no name, so that they can be found in each part."""
     for kind, things in (
         ("body", spec.bodies),
         ("joint", spec.joints),
@@ -35,7 +36,7 @@ def name_all(spec: mujoco.MjSpec) -> None:
 
 
 def trees_of(model: mujoco.MjModel, arm: Sequence[str], head: Sequence[str]) -> tuple[Trees, Trees] | None:
-    """The trees that are to move with the arm, and those with the head; None if the two depend on each other.
+    """The trees that are stepped with the arm, and those with the head. None if arm and head depend on each other.
 
     Args:
         model: the whole model.
@@ -76,12 +77,12 @@ def _touching(model: mujoco.MjModel) -> NDArray[np.bool_]:
 
 
 def cut(spec: mujoco.MjSpec, model: mujoco.MjModel, trees: Trees) -> mujoco.MjModel:
-    """Some trees of a model alone, with what of the rest stands still and can be touched by them.
+    """The model of some trees alone, with those bodies that stand still and can be touched by them.
 
     Args:
-        spec: what the model was compiled from; its bodies, joints, geoms and actuators have names.
+        spec: the spec of the whole model. Its bodies, joints, geoms and actuators must have names.
         model: the whole model.
-        trees: trees that nothing couples to others.
+        trees: indices of the trees. Nothing may couple them to other trees.
     """
     part = spec.copy()
     for things in (part.keys, part.cameras, part.lights, part.sensors, part.skins, part.tuples):

@@ -29,12 +29,12 @@ _GAP = 0.005  # m between the tip and the cube
 
 @dataclass(frozen=True)
 class Group:
-    """Joints of arm or head, with velocities and, where the model lacks some, limits.
+    """The joints of arm or head, with their velocities. If the model lacks limits, they have limits, too.
 
     Attributes:
-        joints: their names.
-        velocity: one a joint, rad/s or m/s.
-        limits: low and high of each, rad or m; None where the model's own do.
+        joints: names of the joints.
+        velocity: velocity limit of each joint, rad/s (m/s for slides).
+        limits: low and high of each joint, rad (m for slides). None if the model has limits for all of them.
     """
 
     joints: tuple[str, ...]
@@ -44,14 +44,14 @@ class Group:
 
 @dataclass(frozen=True)
 class Neck:
-    """A pan-tilt neck that the model does not have.
+    """A neck with pan and tilt, which is added to a model without a head.
 
     Attributes:
-        body: what it stands on.
-        position: where, m, in that body's frame.
-        forward: where its camera looks at zero angles, in that frame.
-        up: what is up there.
-        limits: of pan and tilt, rad.
+        body: the body on which it stands.
+        position: its position in that body's frame, m.
+        forward: the direction in which its camera looks at zero angles, in that frame.
+        up: the direction that is up in the camera's picture, in that frame.
+        limits: low and high of pan and of tilt, rad.
     """
 
     body: str
@@ -67,14 +67,14 @@ class Eye:
 
     Attributes:
         name: its name.
-        width: px.
-        height: px.
+        width: width of its picture, px.
+        height: height of its picture, px.
         fovy: vertical field of view, degrees.
-        body: what carries it, if it must be added; "" if the model has it or the neck carries it.
-        position: where then, m, in that body's frame.
-        forward: where it looks then.
-        up: what is up there.
-        added: whether the model lacks it.
+        body: the body that carries it, if it is added. "" if the model has it, or if the neck carries it.
+        position: its position in that body's frame, m, if it is added.
+        forward: the direction in which it looks, in that frame, if it is added.
+        up: the direction that is up in its picture, in that frame, if it is added.
+        added: whether it is added because the model lacks it.
     """
 
     name: str
@@ -90,26 +90,26 @@ class Eye:
 
 @dataclass(frozen=True)
 class Proposal:
-    """What an anatomy file would say of a model; `anatomy_text` writes it.
+    """The content of an anatomy file for a model. `anatomy_text` writes the file.
 
     Attributes:
-        name: the robot's.
-        model: path of the model, as the file shall have it.
-        home: keyframe to start in; None for the model's zero posture.
-        arm: the arm's joints.
-        head: the head's.
-        neck: what must be added for want of a head; None if the model has one.
+        name: name of the robot.
+        model: path of the model, as the file names it.
+        home: the keyframe in which the robot starts. None for the model's zero posture.
+        arm: the joints of the arm.
+        head: the joints of the head.
+        neck: the neck that is added. None if the model has a head.
         eye: the camera.
-        marker: body that carries the cube.
-        position: where, m, in that body's frame.
-        axis: the cube's axis there.
-        floats: whether free or ball joints above arm and head must go.
-        others: how many joints are neither arm nor head.
+        marker: the body that carries the cube of tags.
+        position: position of the cube in that body's frame, m.
+        axis: axis of the cube in that frame.
+        floats: whether free or ball joints move arm or head, so that they must be removed.
+        others: number of joints that belong neither to the arm nor to the head.
         servos: joints of arm and head that no position servo drives.
-        other_arms: chains that could be the arm instead.
-        other_cameras: names of cameras that the head moves as well.
+        other_arms: other chains that could be the arm.
+        other_cameras: names of other cameras that the head moves.
         ranges: babbling ranges by name.
-        posture: where the robot starts, on top of the keyframe, rad or m, by joint.
+        posture: start positions by joint, rad (m for slides). They replace those of the keyframe.
     """
 
     name: str
@@ -132,13 +132,13 @@ class Proposal:
 
 
 def propose(model: mujoco.MjModel, found: Survey, path: str | Path, neck: bool = False) -> Proposal:
-    """The anatomy that suits a model best.
+    """Propose the anatomy that fits a model best.
 
     Args:
         model: the model.
-        found: what it has.
-        path: the model's path, as the anatomy file shall have it.
-        neck: whether to add a neck although the model has a head.
+        found: what the survey found in it.
+        path: the path of the model, as the anatomy file names it.
+        neck: whether to add a neck even if the model has a head.
 
     Raises:
         BodyError: nothing in the model could be an arm.

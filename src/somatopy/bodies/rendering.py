@@ -26,7 +26,7 @@ _open: WeakSet[Renderer] = WeakSet()
 
 
 class NoGL(RuntimeError):
-    """No OpenGL library on this machine can draw without a screen."""
+    """This machine has no OpenGL library that can draw without a screen."""
 
 
 def _failure(backend: str) -> str:
@@ -58,10 +58,10 @@ def _context_class() -> tuple[str, Any]:
 
 
 def gl_backend() -> str:
-    """Name of the OpenGL backend in use, "egl" or "osmesa" (environment variable MUJOCO_GL chooses).
+    """The name of the OpenGL backend in use: "egl" or "osmesa". The environment variable MUJOCO_GL can choose one.
 
     Raises:
-        NoGL: neither works; the message says what to install.
+        NoGL: neither works. The message says what to install.
     """
     return _context_class()[0]
 
@@ -81,17 +81,17 @@ def _close_all() -> None:
 
 
 class Renderer:
-    """Draws one camera of a model without shadows or effects; close it explicitly.
+    """Draws what one camera of a model sees, without shadows or effects. It must be closed.
 
-    Sites and the rays of rangefinders are no things that a camera could see, and are not drawn. Shapes that the picture
-    cannot show are not drawn either, which changes no pixel. To this end the model's `geom_group` is
-    changed while a picture is drawn, and put back.
+    Sites and the rays of rangefinders are not drawn, since no real camera sees them. Shapes that the picture cannot
+    show are not drawn either, which changes no pixel. For this purpose the model's `geom_group` is changed while a
+    picture is drawn, and then restored.
 
     Args:
-        model: the compiled model; its quality settings count at this moment.
+        model: the compiled model. Its quality settings are read when the renderer is made.
         camera: name of the camera.
-        width: px.
-        height: px.
+        width: width of the pictures, px.
+        height: height of the pictures, px.
     """
 
     def __init__(self, model: mujoco.MjModel, camera: str, width: int, height: int) -> None:
@@ -115,12 +115,12 @@ class Renderer:
         _open.add(self)
 
     def render(self, data: mujoco.MjData, part: Part | None = None) -> Image:
-        """The picture of `data`'s kinematic state, shape (height, width, 3), RGB.
+        """Draw the picture of a state, RGB, shape (height, width, 3).
 
         Args:
-            data: the state.
-            part: left, top, right, bottom, px, if only that part is wanted, of shape (bottom - top, right - left, 3).
-                Its pixels are those of the whole.
+            data: the state. Its poses must be up to date.
+            part: left, top, right and bottom, px, of the part to draw. The picture then has the shape
+                (bottom - top, right - left, 3), and its pixels are the same as in the whole picture.
         """
         left, top, right, bottom = part or (0, 0, self._rectangle.width, self._rectangle.height)
         self._context.make_current()
@@ -155,7 +155,7 @@ class Renderer:
         return (left - u) / across, (top - v) / along, (right - u) / across, (bottom - v) / along
 
     def close(self) -> None:
-        """Free the OpenGL resources; a second call does nothing."""
+        """Free the OpenGL resources. A second call does nothing."""
         if self._context is not None:
             self._context.make_current()
             self._resources.free()

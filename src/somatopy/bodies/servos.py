@@ -1,4 +1,4 @@
-"""Gains for position servos, from what a joint moves and holds."""
+"""Computes gains for position servos from the inertia and the load of each joint."""
 
 from __future__ import annotations
 
@@ -23,27 +23,27 @@ _RESOLVED = 0.5  # rad a physics step
 def proposed_servos(anatomy: Anatomy) -> dict[str, Servo]:
     """Gains with which position servos can move the joints of arm and head, computed from the model.
 
-    With the inertia :math:`I` that a joint moves, when all move as hampers it most, the load :math:`m` that it holds
-    (gravity, springs and friction; both the largest over postures inside the limits), its damping :math:`d` and the
-    physics step :math:`h`:
+    For each joint let :math:`I` be the inertia that it moves if all other joints hamper it as much as they can. Let
+    :math:`m` be the load that it holds: gravity, springs and friction. Both are the largest over postures inside the
+    limits. With the joint's damping :math:`d` and the physics step :math:`h`:
 
     .. math::
         k_p = \\max(I \\omega^2, \\; m / 0.015, \\; d / 0.1 s), \\qquad k_v = 2 \\sqrt{k_p I} - d
 
-    The first is what a servo of 10 Hz needs (:math:`\\omega = 2 \\pi \\cdot 10` rad/s), so that it follows a hand that
-    babbles. The second lets the joint sag by no more than 0.015 rad. The third moves a joint that is damped itself
-    within a tenth of a second. :math:`k_v` damps it critically, so that it does not overshoot. Where the step is too
-    coarse for such a stiffness, :math:`k_p` is what it can resolve: :math:`I (0.5 / h)^2`. That is stable because
-    [add.servos] are damped implicitly, at any smaller inertia too.
+    The first term of the maximum is the stiffness of a servo of 10 Hz (:math:`\\omega = 2 \\pi \\cdot 10` rad/s), which
+    can follow the babbling. The second term keeps the joint from sagging by more than 0.015 rad. The third term moves a
+    joint that has a damping of its own within a tenth of a second. :math:`k_v` damps the joint critically, so that it
+    does not overshoot. If the physics step is too long for such a stiffness, :math:`k_p` is the largest that it can
+    resolve: :math:`I (0.5 / h)^2`. It is stable for any smaller inertia, since [add.servos] are damped implicitly.
 
-    The force is that of the model where the model limits it and it holds the load with a margin of a quarter.
-    Otherwise it is twice the load and what starts a movement of 0.3 rad.
+    The force limit is that of the model, if the model has one that exceeds the load by a quarter. Otherwise it is twice
+    the load, plus the force that starts a movement of 0.3 rad.
 
     Args:
-        anatomy: of a model with arm and head; its own [add.servos] do not count.
+        anatomy: the anatomy of a model with arm and head. Its own [add.servos] are ignored.
 
     Returns:
-        A servo for each joint of arm and head, in this order, with three significant digits.
+        A servo for each joint, those of the arm first. Its gains have three significant digits.
 
     Raises:
         BodyError: model and anatomy do not fit.

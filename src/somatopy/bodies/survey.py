@@ -1,4 +1,4 @@
-"""Surveys a MuJoCo model: chains of joints that could be arm or head, cameras, servos, and what it lacks."""
+"""Surveys a MuJoCo model: it finds chains of joints that could be arm or head, cameras and servos."""
 
 from __future__ import annotations
 
@@ -50,10 +50,10 @@ class JointFacts:
     """A joint of a model.
 
     Attributes:
-        name: its name; "" if it has none.
+        name: its name. "" if it has none.
         kind: "hinge", "slide", "ball" or "free".
         body: the body that it moves.
-        limits: low and high, rad or m; None if it has none.
+        limits: low and high, rad (m for slides). None if it has no limits.
         servo: whether a position servo drives it.
     """
 
@@ -66,15 +66,15 @@ class JointFacts:
 
 @dataclass(frozen=True)
 class Chain:
-    """Hinges and slides one after the other, which could be an arm.
+    """A chain of hinges and slides that could be an arm.
 
     Attributes:
-        joints: their names from the base to the tip.
+        joints: names of the joints, from the base to the tip.
         base: the body that carries the first joint.
-        tip: the body at the end that could carry the marker; "" if none there has a name.
-        tips: all bodies that stand still beside it, and have a name.
+        tip: the body at the end that could carry the marker. "" if no body there has a name.
+        tips: names of all bodies that are fixed to the tip.
         reach: length from the first joint to the tip along the links, m.
-        score: how much it looks like an arm; the higher, the better.
+        score: how much the chain looks like an arm. A higher score is better.
     """
 
     joints: tuple[str, ...]
@@ -90,11 +90,11 @@ class CameraFacts:
     """A camera of a model.
 
     Attributes:
-        name: its name; "" if it has none.
+        name: its name. "" if it has none.
         body: the body that carries it.
         fovy: vertical field of view, degrees.
-        moved_by: names of all joints between the world and it.
-        follows: whether it turns by itself to look at something, so that no head moves it.
+        moved_by: names of all joints between the world and the camera.
+        follows: whether it turns by itself to look at something. Joints do not turn such a camera.
     """
 
     name: str
@@ -106,12 +106,12 @@ class CameraFacts:
 
 @dataclass(frozen=True)
 class Head:
-    """Joints that could be a head.
+    """A chain of joints that could be a head.
 
     Attributes:
-        joints: names of one to three hinges.
+        joints: names of its one to three hinges.
         body: the body that they move.
-        camera: the camera on it; "" if there is none.
+        camera: name of the camera on that body. "" if there is none.
     """
 
     joints: tuple[str, ...]
@@ -124,15 +124,15 @@ class Survey:
     """What a model has.
 
     Attributes:
-        name: the model's name; "" if it has none.
+        name: the model's name. "" if it has none.
         size: largest extent of the robot's joints and bodies, m.
-        bodies: how many there are, the world apart.
-        joints: all of them.
+        bodies: number of bodies, without the world.
+        joints: all joints.
         arms: chains that could be an arm, the likeliest first.
-        heads: joints that could be a head, those that carry a camera first.
-        cameras: all of them.
-        keyframes: names of those that have one.
-        home: the one that looks like a posture to start in; None if there is none.
+        heads: chains that could be a head, those with a camera first.
+        cameras: all cameras.
+        keyframes: names of all keyframes that have a name.
+        home: the keyframe that looks like a posture to start in. None if there is none.
     """
 
     name: str
@@ -146,12 +146,12 @@ class Survey:
     home: str | None
 
     def joint(self, name: str) -> JointFacts:
-        """The joint of that name."""
+        """The joint with a name."""
         return next(joint for joint in self.joints if joint.name == name)
 
     @property
     def one_dof(self) -> tuple[JointFacts, ...]:
-        """Hinges and slides."""
+        """All joints that are hinges or slides."""
         return tuple(joint for joint in self.joints if joint.kind in ("hinge", "slide"))
 
 
@@ -159,7 +159,7 @@ def read_model(path: str | Path) -> mujoco.MjModel:
     """The compiled model of an MJCF or URDF file.
 
     Raises:
-        BodyError: the file is missing, or MuJoCo cannot read or compile it; the message says how to mend it.
+        BodyError: the file is missing, or MuJoCo cannot read or compile it. The message says how to mend it.
     """
     path = Path(path)
     try:
@@ -183,7 +183,7 @@ def _mend(said: str) -> str:
 
 
 def home_data(model: mujoco.MjModel, home: str | None) -> mujoco.MjData:
-    """A state of the model in a keyframe, its joints inside their limits, with all poses computed."""
+    """The state of a model in a keyframe. Joints are moved inside their limits, and all poses are computed."""
     data = mujoco.MjData(model)
     if home is not None:
         mujoco.mj_resetDataKeyframe(model, data, model.key(home).id)
@@ -197,10 +197,10 @@ def home_data(model: mujoco.MjModel, home: str | None) -> mujoco.MjData:
 
 
 def survey(model: mujoco.MjModel) -> Survey:
-    """What a compiled model has.
+    """Find out what a compiled model has.
 
     Args:
-        model: the model as it is; nothing is changed.
+        model: the model. It is not changed.
 
     Example:
         >>> from somatopy.bodies import MODELS

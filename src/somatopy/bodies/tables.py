@@ -1,4 +1,4 @@
-"""The tables of an anatomy file: arm, head, camera and marker, and what is added where the model lacks something."""
+"""The tables of an anatomy file: arm, head, camera, marker, and what is added to a model that lacks something."""
 
 from __future__ import annotations
 
@@ -48,13 +48,13 @@ MOST_HEAD_JOINTS = 3
 
 
 class Joints(Table):
-    """Joint names, in the order of the posture vector, and what limits them.
+    """Names and limits of joints, in the order of the posture vector.
 
     Attributes:
         joints: names of hinges and slides of the model.
-        velocity: velocity limits, rad/s (m/s for slides); where it is left out, 3 rad/s, and .5 m/s for slides.
-        limits: [low, high] of each joint, rad (m for slides), in place of the model's; needed where a joint of the
-            model has none.
+        velocity: velocity limit of each joint, rad/s (m/s for slides). By default 3 rad/s, and 0.5 m/s for slides.
+        limits: [low, high] of each joint, rad (m for slides). They replace those of the model, and are required if a
+            joint of the model has none.
     """
 
     joints: tuple[str, ...] = Field(min_length=1)
@@ -73,10 +73,10 @@ class Joints(Table):
 
 
 def check_limits(joints: tuple[str, ...], limits: tuple[Interval, ...]) -> None:
-    """Check that each joint has one interval that is not empty.
+    """Check that there is one interval for each joint, and that none is empty.
 
     Raises:
-        ValueError: a joint has none, or an empty one.
+        ValueError: an interval is missing or empty.
     """
     if len(limits) != len(joints):
         raise ValueError(f"limits needs one [low, high] for each of {list(joints)}, not {len(limits)}")
@@ -86,7 +86,7 @@ def check_limits(joints: tuple[str, ...], limits: tuple[Interval, ...]) -> None:
 
 
 class Head(Joints):
-    """The head's joints, and how they limit each other."""
+    """The joints of the head, and how they limit each other."""
 
     coupling: Coupling | None = None
 
@@ -108,9 +108,10 @@ class Head(Joints):
 
 
 class CameraTable(Table):
-    """The camera that the eye looks through, of the model or of [add.camera], and its picture's size in pixels.
+    """The camera that the eye looks through, and the size of its picture, px.
 
-    Without a size, the camera's own resolution counts, or 320 x 240 where it has none.
+    It is a camera of the model, or the one of [add.camera]. Without a size, the picture has the resolution that the
+    model gives the camera, or else 320 x 240 px.
     """
 
     name: str
@@ -125,7 +126,7 @@ class CameraTable(Table):
 
 
 class MarkerTable(Table):
-    """The body that carries the cube of tags, and where: position (m) and axis in that body's frame."""
+    """The body that carries the cube of tags, and the cube's position (m) and axis in that body's frame."""
 
     body: str
     position: Vector
@@ -142,9 +143,9 @@ class Directed(Table):
     """A place on a body, in that body's frame.
 
     Attributes:
-        position: m.
-        forward: where the camera looks.
-        up: what is up in its picture; only what is perpendicular to `forward` counts.
+        position: the place, m.
+        forward: the direction in which the camera looks.
+        up: the direction that is up in its picture. Only its component perpendicular to `forward` counts.
     """
 
     position: Vector = (0.0, 0.0, 0.0)
@@ -160,15 +161,15 @@ class Directed(Table):
 
 
 class Neck(Directed):
-    """A neck that is put on a body: up to three hinges in one point, which stand in [head] joints.
+    """A neck that is added to a body. Its one to three hinges meet in one point, and [head] joints lists them.
 
-    It has a mass of 0.1 kg, and servos of its own unless [add.servos] names its joints.
+    It has a mass of 0.1 kg. It has servos of its own unless [add.servos] names its joints.
 
     Attributes:
-        body: the body that carries it; "world" for one that stands in the room.
-        joints: names of the hinges. Each turns what the ones before it have turned.
-        turns: what each does, in their order: pan turns to the left about `up`, tilt turns `forward` down, roll turns
-            about `forward`, the left side up.
+        body: the body that carries it. "world" for a neck that stands in the room.
+        joints: names of the hinges. The first one moves all others.
+        turns: what each hinge does. "pan" turns to the left about `up`, "tilt" turns `forward` down, and "roll" turns
+            about `forward`, so that the left side goes up.
         limits: [low, high] of each hinge, rad.
     """
 
@@ -188,10 +189,10 @@ class Neck(Directed):
 
 
 class AddedCamera(Directed):
-    """A camera that is put on a body, or on the neck where `body` is left out; [camera] gives its name.
+    """A camera that is added to the model. [camera] gives its name.
 
     Attributes:
-        body: the body that carries it.
+        body: the body that carries it. By default it is the added neck.
         fovy: vertical field of view, degrees.
     """
 
@@ -200,12 +201,12 @@ class AddedCamera(Directed):
 
 
 class Servo(Table):
-    """A position servo of one joint: it pulls with kp (set-point - position) - kv velocity.
+    """A position servo of one joint. It exerts the force kp (set-point - position) - kv velocity.
 
     Attributes:
         kp: N m/rad (N/m for slides).
         kv: N m s/rad (N s/m for slides).
-        force: the most that it exerts either way, N m (N for slides); None for no limit.
+        force: the largest force that it exerts in either direction, N m (N for slides). None for no limit.
     """
 
     kp: Positive
@@ -214,17 +215,17 @@ class Servo(Table):
 
 
 class Add(Table):
-    """What the model lacks, and the anatomy adds.
+    """What an anatomy adds to a model, or removes from it.
 
     Attributes:
-        fixed_base: whether the free and ball joints above arm and head go away, so that the robot stands where its
+        fixed_base: whether the free and ball joints above arm and head are removed. The robot then stands where its
             home posture puts it.
-        freeze: joints that go away, whose bodies stand as in the home posture: names, or "rest" for all that are
-            neither arm nor head. Of the joints that stay, position servos hold those that they drive. Motors and
-            velocity servos get no command, so that theirs sag under their load: `freeze = "rest"` is the mend.
-        neck: hinges that carry the camera.
-        camera: the camera.
-        servos: a position servo for each of these joints, in place of whatever drives it in the model.
+        freeze: joints that are removed, by name. Their bodies stay as in the home posture. "rest" stands for all joints
+            that belong neither to the arm nor to the head. Position servos hold the joints that they drive. Motors and
+            velocity servos get no command, so that their joints sag under their load; `freeze = "rest"` prevents this.
+        neck: a neck that carries the camera.
+        camera: a camera.
+        servos: a position servo for each joint that is named. It replaces whatever drives the joint in the model.
     """
 
     fixed_base: bool = False

@@ -1,4 +1,4 @@
-"""A short trial of a body's physics: is it stable, do servos reach their targets, how long does a frame take."""
+"""Tries the physics of a body for a short time: is it stable, do servos reach their targets, is it fast enough?"""
 
 from __future__ import annotations
 
@@ -25,13 +25,14 @@ class Trial:
     """What a body did when it was sent to some postures.
 
     Attributes:
-        frames: how many frames of 1/15 s it moved.
-        diverged: what was said when its physics became unstable; None if it did not.
-        joints: names of arm and head joints.
-        errors: largest distance of each from its target at the end of a movement, shape (n,), rad or m; NaN where
-            physics broke off before.
-        seconds: time that a frame took, s, its median.
-        touching: the two bodies of each contact in which arm or head were while a joint was far from its target.
+        frames: number of frames of 1/15 s in which it moved.
+        diverged: the message with which its physics became unstable. None if it stayed stable.
+        joints: names of the joints of arm and head.
+        errors: largest distance of each joint from its target at the end of a movement, shape (n,), rad (m for slides).
+            NaN if physics became unstable before the first movement ended.
+        seconds: median of the wall time of a frame, s.
+        touching: pairs of bodies that touched while a joint was far from its target. One of each pair belongs to the
+            arm or the head.
     """
 
     frames: int
@@ -43,11 +44,11 @@ class Trial:
 
 
 def trial(body: MujocoBody, postures: Sequence[tuple[Floats, Floats]]) -> Trial:
-    """Send a body to postures of arm and head, 40 frames each; it is reset before.
+    """Reset a body, and send it to some postures of arm and head, for 40 frames each.
 
     Args:
         body: the robot.
-        postures: arm (n_arm,) and head (n_head,), rad, inside their limits.
+        postures: pairs of an arm posture, shape (n_arm,), and a head posture, shape (n_head,), rad, inside all limits.
 
     Example:
         >>> body = MujocoBody("nao", arm_speed=None)

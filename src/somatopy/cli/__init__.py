@@ -117,8 +117,9 @@ def _is_wrong_use(error: Exception) -> bool:
     from somatopy.analysis.video import NoEncoder
     from somatopy.bodies import BodyError, NoGL
     from somatopy.experiment import DescriptionError
+    from somatopy.posix import NotPosix
 
-    return isinstance(error, DescriptionError | BodyError | NoGL | NoEncoder | RunFolderError)
+    return isinstance(error, DescriptionError | BodyError | NoGL | NoEncoder | NotPosix | RunFolderError)
 
 
 def _fail(message: str, code: int) -> int:

@@ -16,6 +16,7 @@ from somatopy.bodies import MODELS, Anatomy, BodyError, anatomy_path
 from somatopy.bodies.survey import read_model, survey
 from somatopy.cli.check_text import Examined, plain, say
 from somatopy.cli.mirror import mark
+from somatopy.cli.options import DEBUG, JSON, QUIET, SWITCH
 from somatopy.cli.words import read
 from somatopy.experiment.checkup import Checkup, Fault, checkup, model_faults
 from somatopy.experiment.proposing import proposed
@@ -35,7 +36,6 @@ example: somatopy check-body robot.xml --propose > my.toml
 _ANATOMY = "An anatomy file to try on this model, whatever model it names."
 _PROPOSE = "Print an anatomy file for the model; all else goes to standard error."
 _PICTURE = "Draw the robot, and what it sees, in two arm postures; without it nothing is drawn."
-_Switch = Annotated[bool, tyro.conf.FlagCreatePairsOff]
 
 
 @dataclass(frozen=True)
@@ -44,10 +44,11 @@ class Options:
 
     model: Annotated[tyro.conf.Positional[str], mark("MODEL", "The robot.", None)]
     anatomy: Annotated[Path | None, mark("FILE", _ANATOMY, None)] = None
-    propose: Annotated[_Switch, mark(None, _PROPOSE, None)] = False
+    propose: Annotated[SWITCH, mark(None, _PROPOSE, None)] = False
     picture: Annotated[Path | None, mark("FILE.png", _PICTURE, None)] = None
-    json: Annotated[_Switch, mark(None, "Print one JSON object.", None)] = False
-    debug: Annotated[_Switch, mark(None, "Show tracebacks.", None)] = False
+    json: JSON = False
+    quiet: QUIET = False
+    debug: DEBUG = False
 
 
 def main(args: Sequence[str]) -> int:
@@ -55,14 +56,21 @@ def main(args: Sequence[str]) -> int:
     options = read(Options, args, "somatopy check-body", TEXT)
     _refuse(options)
     examined = _examined(options)
-    say(examined, sys.stderr if options.json or options.propose else sys.stdout)
+    _say(examined, options)
     if options.propose and examined.text is not None:
         print(examined.text, end="")
     if options.picture is not None:
-        _draw(examined, options.picture)
+        _draw(examined, options.picture, options.quiet)
     if options.json:
         print(json.dumps(plain(examined)))
     return 0 if examined.result.runs else 1
+
+
+def _say(examined: Examined, options: Options) -> None:
+    """Print what was found: as the result, or beside it, where --quiet leaves it out if nothing is wrong."""
+    beside = options.json or options.propose
+    if not (beside and options.quiet and examined.result.runs):
+        say(examined, sys.stderr if beside else sys.stdout)
 
 
 def _refuse(options: Options) -> None:
@@ -114,7 +122,7 @@ def _given(options: Options) -> Anatomy | None:
     return Anatomy.load(anatomy_path(options.model)) if _is_anatomy(options.model) else None
 
 
-def _draw(examined: Examined, path: Path) -> None:
+def _draw(examined: Examined, path: Path, quiet: bool) -> None:
     """Draw the picture, or say why not."""
     from somatopy.bodies import MujocoBody, NoGL
     from somatopy.cli.body_picture import body_picture, telling
@@ -126,6 +134,7 @@ def _draw(examined: Examined, path: Path) -> None:
     try:
         with closing(MujocoBody(examined.anatomy, motion="kinematic")) as body:
             body_picture(body, telling(result.arms, result.outlook)).savefig(path, dpi=100)
-        print(f"Picture: {path}", file=sys.stderr)
+        if not quiet:
+            print(f"Picture: {path}", file=sys.stderr)
     except NoGL as error:
         print(f"No picture is drawn. {error}", file=sys.stderr)

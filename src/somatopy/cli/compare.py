@@ -8,10 +8,8 @@ from math import isfinite
 from pathlib import Path
 from typing import Annotated, Any
 
-import tyro
-
 from somatopy.cli.mirror import mark
-from somatopy.cli.options import Flags, parse
+from somatopy.cli.options import SWITCH, Flags, parse
 from somatopy.cli.run import note
 from somatopy.cli.study import carry_out
 from somatopy.experiment import Description, DescriptionError, paper
@@ -33,7 +31,6 @@ they have the geometric eye. Learners of one seed meet the same arm movement.
 
 example: somatopy compare --learners hebbian,random,nearest --damages none,paper --seeds 5 --minutes 30
 """
-_Switch = Annotated[bool, tyro.conf.FlagCreatePairsOff]
 
 
 @dataclass(frozen=True)
@@ -49,7 +46,7 @@ class CompareFlags(Flags):
     processes: Annotated[int | None, mark("N", "Processes of this machine. (default: one a core)", None)] = None
     ray: Annotated[str | None, mark("ADDRESS", "Run on the Ray cluster at this address.", None)] = None
     ceiling_every: Annotated[int, mark("FRAMES", "From how many frames the ceiling looks at one.")] = EVERY
-    dry_run: Annotated[_Switch, mark(None, "Say what time, memory and disk it needs; run nothing.", None)] = False
+    dry_run: Annotated[SWITCH, mark(None, "Say what time, memory and disk it needs; run nothing.", None)] = False
 
 
 def main(args: Sequence[str]) -> int:

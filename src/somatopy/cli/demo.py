@@ -16,12 +16,13 @@ from somatopy.api import run as run_it
 from somatopy.bodies import NoGL, gl_backend
 from somatopy.cli.film import Scene, film
 from somatopy.cli.mirror import mark
-from somatopy.cli.options import SWITCH
+from somatopy.cli.options import DEBUG, QUIET
 from somatopy.cli.report import illustrate
 from somatopy.cli.run import note
 from somatopy.cli.words import read
 from somatopy.clock import FRAMES_PER_MINUTE, FRAMES_PER_SECOND
 from somatopy.experiment import Description, Phase, paper
+from somatopy.posix import require
 
 __all__ = ["demo", "main", "told"]
 
@@ -50,17 +51,20 @@ class Options:
 
     out: Annotated[Path | None, mark("FOLDER", _OUT, None)] = None
     seed: Annotated[int, mark("K", "All random numbers follow from it.")] = 0
-    debug: Annotated[SWITCH, mark(None, "Show tracebacks.", None)] = False
+    quiet: QUIET = False
+    debug: DEBUG = False
 
 
 def main(args: Sequence[str]) -> int:
-    """Run `somatopy demo [--out FOLDER] [--seed K]`."""
+    """Run `somatopy demo [--out FOLDER] [--seed K] [--quiet]`."""
     options = read(Options, args, "somatopy demo", TEXT)
-    demo(options.out, options.seed)
+    demo(options.out, options.seed, quiet=options.quiet)
     return 0
 
 
-def demo(out: Path | None = None, seed: int = 0, minutes: float = 10.0, after: float = 5.0) -> Path:
+def demo(
+    out: Path | None = None, seed: int = 0, minutes: float = 10.0, after: float = 5.0, quiet: bool = False
+) -> Path:
     """Run the demonstration, and tell on standard output what was seen.
 
     Args:
@@ -68,29 +72,36 @@ def demo(out: Path | None = None, seed: int = 0, minutes: float = 10.0, after: f
         seed: of the experiment.
         minutes: robot time before the damage.
         after: robot time with it.
+        quiet: whether to say only what was seen, and where film and report are.
 
     Returns:
         The run folder.
 
     Raises:
         DescriptionError: the folder cannot be used.
+        NotPosix: the operating system has no file locks, as Windows.
         Interrupted: on Ctrl-C, with a checkpoint written.
     """
+    require()
     eye, no_film = _possible()
     description = described(seed, minutes, after, eye)
-    note(BEFORE.format(minutes=minutes, after=after))
+    say = _nothing if quiet else note
+    say(BEFORE.format(minutes=minutes, after=after))
     if no_film:
-        note(f"There will be no film. {no_film}\n")
-    run = run_it(description, out)
-    note("The report is written; this takes some ten seconds.")
-    page = illustrate(run.path)
-    paths = {"Report": page}
+        say(f"There will be no film. {no_film}\n")
+    run = run_it(description, out, progress=not quiet)
+    say("The report is written; this takes some ten seconds.")
+    paths = {"Report": illustrate(run.path, quiet=quiet)}
     if not no_film:
-        note("The film is drawn.")
-        paths = {"Film": film(run, scenes(description))[0], **paths}
-    shown = [f"{name + ':':<9}{path}" for name, path in paths.items()]
-    print("", told(load_run(run.path)), "", *shown, "", _next(run.path, minutes), sep="\n")
+        say("The film is drawn.")
+        paths = {"Film": film(run, scenes(description), quiet)[0], **paths}
+    result = "\n".join([told(load_run(run.path)), "", *(f"{name + ':':<9}{path}" for name, path in paths.items())])
+    print(result if quiet else f"\n{result}\n\n{_next(run.path, minutes)}")
     return run.path
+
+
+def _nothing(text: str) -> None:
+    """What --quiet says instead of a note."""
 
 
 def described(seed: int, minutes: float, after: float, eye: str = "fiducial") -> Description:

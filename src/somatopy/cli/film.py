@@ -74,7 +74,7 @@ def main(args: Sequence[str]) -> int:
     options = read(Options, args, "somatopy film", TEXT)
     run = load_run(options.run)
     scene = _scene(run, options)
-    mp4, gif = film(run, [scene])
+    mp4, gif = film(run, [scene], options.quiet)
     if options.json:
         print(json.dumps(_told(mp4, gif, scene)))
     else:
@@ -82,12 +82,13 @@ def main(args: Sequence[str]) -> int:
     return 0
 
 
-def film(run: Run, scenes: Sequence[Scene]) -> tuple[Path, Path]:
+def film(run: Run, scenes: Sequence[Scene], quiet: bool = False) -> tuple[Path, Path]:
     """Write RUN/film.mp4 and RUN/film.gif.
 
     Args:
         run: an open run folder, with frames.
         scenes: what is shown; at least one frame.
+        quiet: whether to show no progress.
 
     Returns:
         The paths of both files.
@@ -106,7 +107,7 @@ def film(run: Run, scenes: Sequence[Scene]) -> tuple[Path, Path]:
         _check_joints(run, replay)
         replay.surround(_spread(arms, heads))
         sheets = _sheets(replay, narrator, scenes, arms, heads)
-        shown = track(sheets, "film", total=count, console=Console(stderr=True))
+        shown = track(sheets, "film", total=count, console=Console(stderr=True), disable=quiet)
         return write_video(run.path, "film", shown, count)
 
 
@@ -144,7 +145,7 @@ def _scene(run: Run, options: Options) -> Scene:
         )
     start, stop = _stretch(run, options, recorded)
     described = sum(phase.get("frames", 0) for phase in phases_of(run))
-    if recorded < described:
+    if recorded < described and not options.quiet:
         note(f"{run.path} is unfinished: {recorded} of its {described} frames are recorded, and can be filmed.")
     every = -(-(stop - start) // _LONGEST) if options.every is None else options.every
     if every < 1:

@@ -6,11 +6,10 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from textwrap import fill
-from typing import Annotated, Any
+from typing import Any
 
 from somatopy.bodies import MODELS, Anatomy
-from somatopy.cli.mirror import mark
-from somatopy.cli.options import SWITCH
+from somatopy.cli.options import DEBUG, JSON
 from somatopy.cli.words import read
 from somatopy.experiment import PRESETS
 from somatopy.experiment.description import stands_for
@@ -33,8 +32,8 @@ Table = dict[str, dict[str, str]]
 class Options:
     """Options of this command."""
 
-    json: Annotated[SWITCH, mark(None, "Print one JSON object.", None)] = False
-    debug: Annotated[SWITCH, mark(None, "Show tracebacks.", None)] = False
+    json: JSON = False
+    debug: DEBUG = False
 
 
 def main(args: Sequence[str]) -> int:

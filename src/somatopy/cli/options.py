@@ -16,13 +16,17 @@ from somatopy.experiment.changes import flagged, scaled
 from somatopy.experiment.description import Description, DescriptionError, validated
 from somatopy.validation import meant
 
-__all__ = ["SWITCH", "Flags", "OnCheckpoint", "OnRun", "Options", "parse"]
+__all__ = ["DEBUG", "JSON", "QUIET", "SWITCH", "Flags", "OnCheckpoint", "OnRun", "Options", "parse"]
 
 _DAMAGE = "Its damage: none, paper, offset:A,B,C,D (rad), or another that somatopy list names."
 _MINUTES = "Robot time of all phases together, in proportion; with --damage-minutes, of the first phase."
 _OUT = "A folder, new or empty. (default: one in runs/)"
 #: The type of an option without a value.
 SWITCH = Annotated[bool, tyro.conf.FlagCreatePairsOff]
+#: Switches that several commands have.
+JSON = Annotated[SWITCH, mark(None, "Print one JSON object.", None)]
+QUIET = Annotated[SWITCH, mark(None, "Say nothing but results and errors.", None)]
+DEBUG = Annotated[SWITCH, mark(None, "Show tracebacks.", None)]
 _CANNOT = "The options lead to an experiment that cannot be run"
 _TABLES = """Further options set any field, such as --babbling.speed 0.5. They stand in the
 tables {tables}.
@@ -51,9 +55,9 @@ class Flags:
         None
     )
     out: Annotated[Path | None, mark("FOLDER", _OUT, None)] = None
-    json: Annotated[SWITCH, mark(None, "Print one JSON object.", None)] = False
-    quiet: Annotated[SWITCH, mark(None, "Say nothing but results and errors.", None)] = False
-    debug: Annotated[SWITCH, mark(None, "Show tracebacks.", None)] = False
+    json: JSON = False
+    quiet: QUIET = False
+    debug: DEBUG = False
 
 
 @dataclass(frozen=True)
@@ -245,8 +249,9 @@ class OnRun:
     """What the commands that take a run folder share."""
 
     run: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(help="The run folder.", metavar="RUN")]
-    json: Annotated[SWITCH, mark(None, "Print one JSON object.", None)] = False
-    debug: Annotated[SWITCH, mark(None, "Show tracebacks.", None)] = False
+    json: JSON = False
+    quiet: QUIET = False
+    debug: DEBUG = False
 
 
 @dataclass(frozen=True)

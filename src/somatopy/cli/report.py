@@ -25,7 +25,7 @@ from somatopy.analysis.runs import Run, RunFolderError
 from somatopy.analysis.series import distance_units
 from somatopy.analysis.summary import summarise, write_summary
 from somatopy.cli.mirror import mark
-from somatopy.cli.options import SWITCH
+from somatopy.cli.options import DEBUG, QUIET, SWITCH
 from somatopy.cli.words import read
 from somatopy.percept import Floats
 
@@ -57,7 +57,8 @@ class Options:
     ] = None
     out: Annotated[Path | None, mark("FILE", "The page to write instead.", None)] = None
     json: Annotated[SWITCH, mark(None, "Print one object: the page, its size, claims or rows.", None)] = False
-    debug: Annotated[SWITCH, mark(None, "Show tracebacks.", None)] = False
+    quiet: QUIET = False
+    debug: DEBUG = False
 
 
 def main(args: Sequence[str]) -> int:
@@ -67,7 +68,7 @@ def main(args: Sequence[str]) -> int:
     if options.out:
         _check_target(options.out)
     report = _of_study if _is_study(folders, options.against) else _of_runs
-    page, told = report(folders, options.out, options.against)
+    page, told = report(folders, options)
     if options.json:
         print(json.dumps({"report": str(page), "bytes": page.stat().st_size, **told()}))
     else:
@@ -94,36 +95,43 @@ def _is_study(folders: Sequence[Path], against: str | None) -> bool:
     return bool(studies)
 
 
-def _of_study(folders: Sequence[Path], out: Path | None, against: str | None) -> tuple[Path, Told]:
+def _of_study(folders: Sequence[Path], options: Options) -> tuple[Path, Told]:
     result = load_study(folders[0])
-    page = write_study(result, out, against)
+    page = write_study(result, options.out, options.against)
     return page, lambda: {
         "study": str(folders[0]),
-        "rows": csv_rows(compare(result, against)),
+        "rows": csv_rows(compare(result, options.against)),
         "failures": result.failures,
     }
 
 
-def _of_runs(folders: Sequence[Path], out: Path | None, _: str | None) -> tuple[Path, Told]:
-    alone = len(folders) == 1
-    page = illustrate(folders[0], out) if alone else write_report(folders, out or folders[0] / "comparison.html")
+def _of_runs(folders: Sequence[Path], options: Options) -> tuple[Path, Told]:
+    if len(folders) == 1:
+        page = illustrate(folders[0], options.out, options.quiet)
+    else:
+        page = write_report(folders, options.out or folders[0] / "comparison.html")
     return page, lambda: {"runs": [{"folder": str(folder), "claims": verdicts(load_run(folder))} for folder in folders]}
 
 
-def illustrate(folder: Path, out: Path | None = None) -> Path:
+def illustrate(folder: Path, out: Path | None = None, quiet: bool = False) -> Path:
     """Bring a run folder's summary up to date, draw all its figures, and write its report.
+
+    Args:
+        folder: the run folder.
+        out: the page; RUN/report.html if None.
+        quiet: whether to leave out pictures that cannot be drawn without saying why.
 
     Returns:
         The page.
     """
     run = load_run(folder)
     write_summary(run)
-    save_figures(run, shots(run))
-    portray(run)
+    save_figures(run, shots(run, quiet))
+    portray(run, quiet)
     return write_report([folder], out)
 
 
-def shots(run: Run) -> list[Shot]:
+def shots(run: Run, quiet: bool = False) -> list[Shot]:
     """Photographs for the filmstrip of a run that looked through the rendered eye; none where nothing can render.
 
     Only somatopy's own bodies and eyes are asked: a report imports nothing of what a run was made of.
@@ -139,13 +147,13 @@ def shots(run: Run) -> list[Shot]:
     try:
         taken = photographs(run.description["body"], list(arms), list(heads))
     except (NoGL, ValueError) as error:  # ValueError: the robot's file is gone, or it has other joints by now
-        print(f"No filmstrip: {error}", file=sys.stderr)
+        _remark(f"No filmstrip: {error}", quiet)
         return []
     corners = [np.array([*photo.tags.values()]).reshape(-1, 4, 2) for photo in taken]
     return [Shot(f, photo.image, photo.pixel, c) for f, photo, c in zip(frames, taken, corners, strict=True)]
 
 
-def portray(run: Run) -> None:
+def portray(run: Run, quiet: bool = False) -> None:
     """Draw a robot other than the NAO as figures/robot, in two postures of its run; nothing where nothing can render.
 
     Only somatopy's own body is asked: a report imports nothing of what a run was made of.
@@ -161,7 +169,12 @@ def portray(run: Run) -> None:
         with posed(run.description["body"]) as robot:
             save(body_picture(robot, _apart(run)), run.path / "figures", "robot")
     except (NoGL, ValueError) as error:  # ValueError: the robot's file is gone, or it has other joints by now
-        print(f"No picture of the robot: {error}", file=sys.stderr)
+        _remark(f"No picture of the robot: {error}", quiet)
+
+
+def _remark(text: str, quiet: bool) -> None:
+    if not quiet:
+        print(text, file=sys.stderr)
 
 
 def _apart(run: Run) -> list[tuple[Floats, Floats]]:

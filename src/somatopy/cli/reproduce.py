@@ -95,7 +95,7 @@ def complete(folder: Path, as_json: bool, anyway: bool = False, band: Band | Non
     with nullcontext(band) if band else Band(folder) as going_on:
         run_controls(description, folder, anyway, quiet)
         went_well = going_on.wait(quiet)
-    report = illustrate(folder)
+    report = illustrate(folder, quiet=quiet)
     run = load_run(folder)
     beside = on_papers_robot(run)
     if as_json:

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Annotated
 
 from somatopy.api import resume
-from somatopy.cli.mirror import mark
-from somatopy.cli.options import SWITCH, OnCheckpoint
+from somatopy.cli.options import OnCheckpoint
 from somatopy.cli.reproduce import CONTROLS_FOLDER, complete
 from somatopy.cli.run import note, result
 from somatopy.cli.words import read
@@ -25,16 +22,9 @@ example: somatopy resume runs/20141013-120000_paper_seed0
 """
 
 
-@dataclass(frozen=True)
-class Options(OnCheckpoint):
-    """Options of this command."""
-
-    quiet: Annotated[SWITCH, mark(None, "Say nothing but results and errors.", None)] = False
-
-
 def main(args: Sequence[str]) -> int:
     """Run `somatopy resume RUN [--anyway] [--json]`."""
-    options = read(Options, args, "somatopy resume", TEXT)
+    options = read(OnCheckpoint, args, "somatopy resume", TEXT)
     opened = RunFolder(options.run)
     frames = opened.description().frames
     finished = opened.checkpoint()["session"]["done"] == frames

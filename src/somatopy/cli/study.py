@@ -15,6 +15,7 @@ from somatopy.analysis.comparison import MEASURES, compare
 from somatopy.analysis.comparison_table import text_table
 from somatopy.analysis.relearning_table import relearning, relearning_text
 from somatopy.cli.mirror import mark
+from somatopy.cli.options import DEBUG, JSON, QUIET, SWITCH
 from somatopy.cli.run import note
 from somatopy.cli.words import read
 from somatopy.experiment import Description, DescriptionError
@@ -38,7 +39,6 @@ example: somatopy study speeds.toml --out speeds
 """
 #: Measures that the table on standard output has.
 TOLD = [measure for measure in MEASURES if measure.column in ("rate", "efficiency")]
-_Switch = Annotated[bool, tyro.conf.FlagCreatePairsOff]
 
 
 @dataclass(frozen=True)
@@ -49,11 +49,11 @@ class StudyFlags:
     out: Annotated[Path | None, mark("FOLDER", "The study folder. (default: a new one in runs/)", None)] = None
     processes: Annotated[int | None, mark("N", "Processes of this machine. (default: one a core)", None)] = None
     ray: Annotated[str | None, mark("ADDRESS", "Run on the Ray cluster at this address.", None)] = None
-    dry_run: Annotated[_Switch, mark(None, "Say what time, memory and disk it needs; run nothing.", None)] = False
-    check: Annotated[_Switch, mark(None, "List cells that older code ran, and run some of them again.", None)] = False
-    json: Annotated[_Switch, mark(None, "Print one JSON object.", None)] = False
-    quiet: Annotated[_Switch, mark(None, "Say nothing but results and errors.", None)] = False
-    debug: Annotated[_Switch, mark(None, "Show tracebacks.", None)] = False
+    dry_run: Annotated[SWITCH, mark(None, "Say what time, memory and disk it needs; run nothing.", None)] = False
+    check: Annotated[SWITCH, mark(None, "List cells that older code ran, and run some of them again.", None)] = False
+    json: JSON = False
+    quiet: QUIET = False
+    debug: DEBUG = False
 
 
 def main(args: Sequence[str]) -> int:

@@ -1,7 +1,8 @@
 """Records what a learner believes about some arm postures: the file belief.npz of a run folder.
 
-At the end of each window and of each phase the learner is asked, for a few arm postures, where it would look and, if it
-is `Believing`, from which gazes of a grid it believes that the hand can be seen. Asking does not change the learner.
+The learner is asked about a few arm postures at the end of each window and of each phase. It says where it would look.
+If it is `Believing`, it also says from which gazes of a grid the hand can be seen, as it believes. Asking does not
+change the learner.
 """
 
 from __future__ import annotations
@@ -87,7 +88,7 @@ class Beliefs:
         return beliefs
 
     def note(self, session: Session) -> None:
-        """Ask the learner once, between two frames."""
+        """Ask the learner once. This must happen between two frames."""
         if session.done in self.arrays["frame"]:
             return
         learner, arms = session.learner, session.feel(self.arrays["arms"])
@@ -108,7 +109,7 @@ class Beliefs:
 
 
 def coarse(body: Modelled) -> Vantages:
-    """The coarse grid of gazes that a learner is asked about, with what can be seen from each."""
+    """The coarse grid of gazes about which a learner is asked, with what can be seen from each."""
     return Vantages.of(body, GRIDS[len(body.head)])
 
 

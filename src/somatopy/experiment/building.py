@@ -25,7 +25,7 @@ _WHERE: dict[str, tuple[str, Kinds]] = {
 
 @contextmanager
 def said_of(key: str) -> Iterator[None]:
-    """Turn errors that a part raises when it is built into errors of the description, with the part's key."""
+    """Raise errors that come up while a part is built as errors of the description. They name the part's key."""
     try:
         yield
     except (DescriptionError, BodyError):
@@ -49,7 +49,8 @@ def built(key: str, contract: type, settings: Settings, context: Context) -> Any
 def check_numbers(description: Description) -> None:
     """Check, before anything is simulated, that babbling range and offsets have one entry for each joint of the arm.
 
-    Only somatopy's own parts are checked, and only the anatomy file is read. The session finds all other faults.
+    Only parts that come with somatopy are checked, and only the anatomy file is read. The session finds all other
+    faults.
 
     Raises:
         DescriptionError: a number of entries is wrong.
@@ -84,7 +85,7 @@ def hand_over(
     learner: Any = None,
     interventions: Mapping[str, Iterable[Any]] | None = None,
 ) -> Description:
-    """The description with parts that are given in Python in place of its own; see `Session`.
+    """The description, in which parts that are given in Python replace its own; see `Session`.
 
     Raises:
         DescriptionError: an object is neither a part nor makes one, or there is no phase of that name.
@@ -124,12 +125,15 @@ def _lists(own: Any) -> bool:
 
 
 def handed_over_again(table: dict[str, Any], given: Mapping[str, Any], forked: bool = False) -> dict[str, Any]:
-    """The table of a description in which parts that are given again, to continue a run, are put into their places.
+    """Put parts that were given to a run in Python, and are given again to continue it, into its description.
 
     Args:
-        table: the description, as it stands in its file.
-        given: the parts by the name of `Session`'s arguments.
-        forked: whether they may include interventions that only the fork has.
+        table: the description as plain data, as its file has it.
+        given: the parts by the names of the arguments of `Session`.
+        forked: whether they may include interventions that only the fork of a run has.
+
+    Returns:
+        The description as plain data, with these parts.
 
     Raises:
         DescriptionError: an object is neither a part nor makes one, or the run began with another part.

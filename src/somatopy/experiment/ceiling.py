@@ -1,8 +1,8 @@
 """The ceiling, the share of frames in which some head posture sees the hand, and the reactive bound.
 
 A hit rate depends on marker, camera, occlusion and babbling range, so it says little without its ceiling. The reactive
-bound is what a gaze reaches that knows where the hand is, but not where it goes. Both are computed with the geometric
-eye, and are labelled accordingly.
+bound is the hit rate of a gaze that knows where the hand is, but not where it will go. Both are computed with the
+geometric eye, and say so.
 """
 
 from __future__ import annotations
@@ -67,10 +67,10 @@ def ceiling(
         grid: number of head postures along each head joint; the one of `GRIDS` if None.
 
     Returns:
-        Plain data: "eye", "grid", "every"; "rate", the share of frames in which the hand can be seen; "phases", for
-        each its "rate", and "per_window" and "per_ten_seconds", the rates of its full windows and of its full stretches
-        of 150 frames; "reactive" with "rate", what the reactive gaze hits, "ceiling_rate", what can be seen in the same
-        frames, and "frames", how many they are. A rate is None where there are no frames.
+        Plain data, by key. "eye", "grid" and "every" say how it was computed. "rate" is the share of frames in which
+        the hand can be seen. "phases" has for each phase its "rate", and the rates of its full windows, "per_window",
+        and of its full stretches of 150 frames, "per_ten_seconds". "reactive" has the "rate" of the reactive gaze, the
+        "ceiling_rate" of the same frames, and "frames", their number. A rate is None where there are no frames.
     """
     arms_by_phase, grid = [np.ascontiguousarray(arms, float) for arms in arms_by_phase], grid or _grid(bodies[0])
     made: dict[int, Vantages] = {}
@@ -98,12 +98,12 @@ def ceiling(
 
 
 def best_fixed_head(body: Modelled, arms: Floats, grid: tuple[int, ...] | None = None) -> Floats:
-    """The head posture from which the hand is seen in most arm postures; of several equal ones the most robust.
+    """The head posture from which the hand is seen in most arm postures. Of several, it is the most robust one.
 
     Args:
         body: the robot.
         arms: arm postures, shape (n, n_arm), rad. If there are more than 3,000, only every k-th is used.
-        grid: number of head postures along each head joint; the one of `GRIDS` if None.
+        grid: number of head postures along each head joint. With None it is that of `GRIDS`.
 
     Returns:
         Shape (n_head,), rad.
@@ -124,18 +124,18 @@ def best_fixed_head(body: Modelled, arms: Floats, grid: tuple[int, ...] | None =
 class Vantages:
     """A grid of head postures inside all limits, with what the geometric eye would see from each.
 
-    Where the limits of one joint depend on another, the grid ends exactly on the limit, not at its last step inside.
+    Where the limits of one joint depend on another joint, the outermost postures are exactly on the limit.
 
     Attributes:
         body: the robot.
         eye: the geometric eye behind its camera.
         heads: the postures, shape (m, n_head), rad.
         shape: steps of the grid along each head joint.
-        cells: where each posture stands in the grid, shape (m,).
-        framed: the same for a grid with one more cell at each end of each axis, shape (m,).
-        cameras: the camera's pose at each, shape (m, 12).
-        moved: at each, the poses of the occluders that move with the head, shape (m, k, 12).
-        rows: which occluders those are, shape (k,).
+        cells: the index of each posture in the flattened grid, shape (m,).
+        framed: the same index in a grid that has one more cell at each end of each axis, shape (m,).
+        cameras: pose of the camera at each posture, shape (m, 12).
+        moved: poses of the occluders that move with the head, at each posture, shape (m, k, 12).
+        rows: indices of those occluders, shape (k,).
 
     Example:
         >>> from somatopy.bodies import MujocoBody
@@ -158,7 +158,7 @@ class Vantages:
 
     @classmethod
     def of(cls, body: Modelled, shape: tuple[int, ...] | None = None) -> Vantages:
-        """The head postures of a body, with `shape` steps along each head joint; those of `GRIDS` if None."""
+        """The head postures of a body, with `shape` steps along each head joint. With None it is that of `GRIDS`."""
         shape = shape or _grid(body)
         axes = [np.linspace(a, b, n) for a, b, n in zip(body.head.lower, body.head.upper, shape, strict=True)]
         every = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
@@ -181,14 +181,14 @@ class Vantages:
         )
 
     def seeing(self, arm: Floats, first: int = -1) -> Bools:
-        """Which of the head postures see the hand at this arm posture, (m,); see `GeometricEye.look_from_each`."""
+        """Whether each head posture sees the hand at an arm posture, shape (m,); see `GeometricEye.look_from_each`."""
         view = self.body.view(arm, self.heads[0])
         return self.eye.look_from_each(self.cameras, self.moved, self.rows, view, first)
 
     def robustness(self, seen: Bools) -> Ints:
-        """Distance in grid steps of each head posture from the nearest that does not see the hand, shape (m,).
+        """Distance of each head posture from the nearest one that does not see the hand, in grid steps, shape (m,).
 
-        It is 0 for postures that do not see the hand themselves. Postures beyond the limits count as not seeing.
+        It is 0 for postures that do not see the hand. Postures beyond the limits count as postures that do not.
         """
         grid = np.zeros([n + 2 for n in self.shape], np.int32)
         grid.ravel()[self.framed] = seen
@@ -196,7 +196,7 @@ class Vantages:
 
 
 def reachable(vantages: Vantages, arms: Floats) -> Bools:
-    """Whether the hand can be seen from some head posture, for each arm posture. The ceiling is the mean.
+    """Whether the hand can be seen from any head posture, for each arm posture. The mean is the ceiling.
 
     Args:
         vantages: the head postures to try.
@@ -215,10 +215,10 @@ def reachable(vantages: Vantages, arms: Floats) -> Bools:
 
 
 def reactive_hits(vantages: Vantages, arms: Floats) -> tuple[Bools, Bools]:
-    """The hits of a gaze that knows perfectly where the hand is, but not where it goes.
+    """The hits of a gaze that knows perfectly where the hand is, but not where it will go.
 
-    In each frame it aims for the most robust head posture that sees the hand where it is now, or the nearest of
-    several. The head moves as the body's does: at its speed, within all limits and with the lag of its servos.
+    In each frame it aims at the most robust of the head postures that see the hand where it is now. Of several it takes
+    the nearest one. The head moves as the body's does: at its speed, within all limits and with the lag of its servos.
 
     Args:
         vantages: the head postures to choose from.

@@ -34,7 +34,7 @@ def changed(
         source: name of the result in error messages.
 
     Raises:
-        DescriptionError: an unknown key (the valid ones are listed), a wrong type or value.
+        DescriptionError: a key is unknown (the message lists the valid ones), or a type or value is wrong.
 
     Example:
         >>> from somatopy.experiment import paper
@@ -96,10 +96,14 @@ def flagged(short: Mapping[str, Any], description: Description, damage: str = "-
 
 
 def scaled(description: Description, minutes: float | None) -> Description:
-    """A description whose phases last that many minutes together, each in proportion; as it was if None.
+    """A description whose phases together last that many minutes. Their proportions stay the same.
+
+    Args:
+        description: what is changed.
+        minutes: minutes of robot time. With None the description is returned as it is.
 
     Raises:
-        DescriptionError: minutes that are negative or no number.
+        DescriptionError: the minutes are negative or not a number.
 
     Example:
         >>> from somatopy.experiment import paper
@@ -135,14 +139,14 @@ def _heal_last(phases: list[dict[str, Any]], frames: int) -> None:
 
 
 def damage_named(text: Any, word: str) -> dict[str, Any] | None:
-    """A damage from its short form; None for no damage.
+    """The settings of a damage from its short form. None for no damage.
 
     Args:
         text: "none", "paper", "offset:A,B,C,D" in rad, a kind of intervention, one of `SUITE`, or a table of settings.
-        word: its name in error messages.
+        word: name of the option or key in error messages.
 
     Raises:
-        DescriptionError: it is unknown.
+        DescriptionError: there is no such damage.
     """
     if isinstance(text, Mapping):
         return None if text.get("kind") == "none" else dict(text)

@@ -33,7 +33,7 @@ class Fault:
     """Something that is wrong with a robot, and how to mend it.
 
     Attributes:
-        stops: whether it keeps the robot from running.
+        stops: whether the robot cannot run because of it.
         text: one or two sentences.
     """
 
@@ -47,9 +47,9 @@ class Checkup:
 
     Attributes:
         faults: what is wrong.
-        arms: arm postures from babbling, shape (n, n_arm), rad; none if the robot could not be built.
-        outlook: what can be seen at these postures; None if the robot could not be built.
-        trial: how the robot moved by physics; None if physics cannot move it.
+        arms: arm postures from babbling, shape (n, n_arm), rad. None if the robot could not be built.
+        outlook: what can be seen at these postures. None if the robot could not be built.
+        trial: how the robot moved by physics. None if physics cannot move it.
     """
 
     faults: tuple[Fault, ...]

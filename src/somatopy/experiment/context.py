@@ -25,16 +25,16 @@ def stream(seed: int, name: str) -> np.random.Generator:
 
 
 class Context:
-    """The argument of `build(context)`: the parts that are built by then, and what can be computed from them.
+    """The argument of `build(context)`: the parts that are already built, and what can be computed from them.
 
-    The body is built first, then eye, babbler and learner, and the interventions last. Each gets a random stream of its
-    own as `rng`.
+    The body is built first. Eye, babbler and learner follow, and the interventions come last. Each part gets a random
+    stream of its own as `rng`.
 
     Args:
         description: the experiment.
-        body: the robot; None while it is being built.
+        body: the robot. None while it is being built.
         rng: random numbers for the part that is being built.
-        start: the arm's posture at time 0, shape (n_arm,), rad; empty while the body is being built.
+        start: posture of the arm at time 0, shape (n_arm,), rad. Empty while the body is being built.
 
     Attributes:
         description: see above.
@@ -55,7 +55,7 @@ class Context:
         self.start = start if start is not None else np.empty(0)
 
     def told(self, **more: Any) -> Context:
-        """A copy of the context with further attributes, for the parts that a part itself is made of."""
+        """A copy of the context with further attributes. A part that is made of parts builds them from it."""
         context = Context(self.description, self._body, self.rng, self.start)
         vars(context).update(more)
         return context
@@ -70,7 +70,7 @@ class Context:
         """The robot.
 
         Raises:
-            ValueError: it is being built.
+            ValueError: the robot is still being built.
         """
         if self._body is None:
             raise ValueError("a body is built before all other parts: it can ask the context for none of them")
@@ -83,12 +83,12 @@ class Context:
 
     @property
     def robot(self) -> Robot:
-        """What a learner is told of the robot."""
+        """What a learner knows of the robot: its senses, their limits, and the size of the camera's picture."""
         senses = {"arm": self.body.arm.space, "head": self.body.head.space}
         return Robot(senses, moves=("head",), camera=self.body.camera)
 
     def range(self, name: str) -> Floats:
-        """Low and high of each arm joint (n_arm, 2), rad, of a babbling range that the body names.
+        """A babbling range of the body by its name: low and high of each arm joint, shape (n_arm, 2), rad.
 
         Raises:
             ValueError: the body has no range of that name.
@@ -118,7 +118,7 @@ class Context:
         return postures[rng.choice(len(postures), count, replace=count > len(postures))]
 
     def bounds(self) -> Floats:
-        """The babbling range, low and high of each arm joint (n_arm, 2), rad; or else the joint limits."""
+        """Low and high of each arm joint in the babbling range, or else its limits, shape (n_arm, 2), rad."""
         wanted = getattr(self.description.babbling, "range", "mechanical")
         return self.range(wanted) if isinstance(wanted, str) else np.array(wanted, float)
 

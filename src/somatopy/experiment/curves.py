@@ -17,9 +17,9 @@ __all__ = ["Curves", "TensorBoard", "WandB"]
 class Curves:
     """A sink that gathers frames, and gives their means once a minute of robot time and at the end of each phase.
 
-    What is given: `hit_rate`, the share of these frames in which the hand was seen; `phase`, its index; and the mean of
-    each quantity that eye, learner and interventions record, of the frames that have one. To send them somewhere else,
-    derive from this class and write `write`.
+    It gives `hit_rate`, the share of these frames in which the hand was seen, and `phase`, the index of the phase. It
+    also gives the mean of each quantity that eye, learner and interventions record, over the frames that have a value.
+    To send them somewhere else, derive a class from this one and define its method `write`.
 
     Args:
         every: frames from one point of the curves to the next, at least 1.
@@ -76,7 +76,7 @@ class Curves:
         raise NotImplementedError("A sink of curves needs a method write(frames, means).")
 
     def close(self) -> None:
-        """Finish what is written. Called at the end of a `with`."""
+        """Finish writing. The end of a `with` block calls it."""
 
     def _begin(self) -> None:
         self._frames, self._hits = 0, 0

@@ -19,12 +19,12 @@ __all__ = ["evaluate"]
 
 
 def evaluate(folder: str | Path, postures: int = 2000, *, anyway: bool = False, **parts: Any) -> dict[str, Any]:
-    """Show the learner of a run uniform arm postures from its babbling range, and test whether it would see the hand.
+    """Ask the learner of a run where to look for arm postures, drawn uniformly from its babbling range.
 
     The interventions of the phase that the run has reached are in force: they change body, learner and percepts as in
-    the run. Changes of commands do not count, since no command is given. Neither does the body move, nor the learner
-    learn. For each posture the geometric eye decides whether the hand would be seen with the head where the learner
-    predicts, clipped to the limits.
+    the run. Changes of commands have no effect, since no command is given. The body does not move, and the learner does
+    not learn. For each posture the head is put where the learner predicts, clipped to the limits. The geometric eye
+    then decides whether the hand would be seen.
 
     Args:
         folder: a run folder with a checkpoint.
@@ -33,9 +33,11 @@ def evaluate(folder: str | Path, postures: int = 2000, *, anyway: bool = False, 
         parts: parts of your own that the run began with and that cannot be imported; see `Session`.
 
     Returns:
-        `eye`, `damage` (of the phase reached; "none" before the first frame), `postures`, `reachable` (share that any
-        head posture sees), `rate` (share seen), `efficiency` (seen of those reachable), `gaze_error_deg` with `median`
-        and `p95` between the optical axis and the hand.
+        Plain data, by key. `eye` is the eye that decided. `damage` is that of the phase which the run has reached:
+        "none" before the first frame. `postures` is their number. `reachable` is the share of postures in which some
+        head posture sees the hand. `rate` is the share in which the predicted one does. `efficiency` is `rate` divided
+        by `reachable`, or None if the hand can never be seen. `gaze_error_deg` has `median` and `p95`, the 95th
+        percentile, of the angle between the optical axis and the hand, degrees.
 
     Raises:
         DescriptionError: the folder is no run folder or has no checkpoint, or the body has no model of itself.

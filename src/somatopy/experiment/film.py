@@ -42,7 +42,7 @@ class Photograph:
 def photographs(
     body: Settings | Mapping[str, Any], arms: Sequence[ArrayLike], heads: Sequence[ArrayLike]
 ) -> list[Photograph]:
-    """What the robot's eye sees in some postures.
+    """Draw what the robot's eye sees in some postures.
 
     Args:
         body: the settings of the body in a description.
@@ -64,7 +64,7 @@ def photographs(
 
 @contextmanager
 def posed(body: Settings | Mapping[str, Any]) -> Iterator[Any]:
-    """The robot without physics, to be put into postures. It is closed when the context ends.
+    """A robot without physics, which can be put into postures. It is closed when the context ends.
 
     Args:
         body: the settings of the body in a description.
@@ -110,9 +110,9 @@ class Still:
 class Replay:
     """The robot of a run, put into the recorded postures again, with the damages of each phase.
 
-    Physics, babbler, eye and learner of the run are not needed. Interventions change the body again; their other
-    effects do not show in pictures. The pictures from outside are taken by the model's camera named `outside`. If it
-    has none, `surround` puts one up.
+    It does not need physics, babbler, eye and learner of the run. Interventions change the body again. Their other
+    effects cannot be seen in pictures. The model's camera named `outside` takes the pictures from outside. A model
+    without such a camera gets one by `surround`.
 
     Args:
         table: the experiment, as it stands in its experiment.toml.
@@ -144,10 +144,10 @@ class Replay:
         self._phase, self._during = -1, ExitStack()
 
     def surround(self, postures: Iterable[tuple[ArrayLike, ArrayLike]]) -> None:
-        """Put a camera into the room from which these postures can be seen. A model with its own camera needs none.
+        """Put a camera into the room that sees the robot in these postures. If the model has one, nothing happens.
 
         Args:
-            postures: of arm, (n_arm,), and head, (n_head,), rad, slides m; at least one.
+            postures: at least one pair of an arm posture, (n_arm,), and a head posture, (n_head,), rad, slides m.
         """
         if OUTSIDE not in [self.robot.model.camera(k).name for k in range(self.robot.model.ncam)]:
             self._at = standpoint(self.robot, postures)
@@ -200,7 +200,7 @@ class Replay:
             interventions.release()
 
     def close(self) -> None:
-        """Undo damages, and free what pictures need. A second call does nothing."""
+        """Undo damages, and free the memory of the pictures. A second call does nothing."""
         self._during.close()
         self._closing.close()
 

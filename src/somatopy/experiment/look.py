@@ -1,4 +1,4 @@
-"""Finds out before an experiment whether, how often and from where a robot can see its hand, by its geometric model."""
+"""Finds out before an experiment whether, how often and from where a robot can see its hand, with the geometric eye."""
 
 from __future__ import annotations
 
@@ -39,8 +39,8 @@ class Outlook:
         fixed_rate: share of the arm postures at which the best single head posture sees it.
         fixed_head: this best head posture, shape (n_head,), rad.
         seen: number of head postures that see the hand, for each arm posture, shape (n,).
-        heads: the head posture that sees the hand most robustly, for each arm posture, shape (n, n_head), rad;
-            arbitrary if none does.
+        heads: the head posture that sees the hand most robustly, for each arm posture, shape (n, n_head), rad. It is
+            arbitrary where no head posture sees the hand.
     """
 
     rate: float
@@ -132,10 +132,10 @@ def _found(body: Modelled, arms: Floats) -> bool:
 
 
 def confined(vantages: Vantages) -> Floats | None:
-    """A babbling range, shape (n_arm, 2), rad, in which the hand can mostly be seen; None if it never is.
+    """A babbling range in which the hand can mostly be seen, shape (n_arm, 2), rad. None if it can never be seen.
 
-    It surrounds the arm posture whose neighbours are seen most often, and is as wide as possible while four of five
-    postures can be seen.
+    It surrounds the arm posture around which the hand can be seen most often. It is as wide as possible, while the hand
+    can be seen in four of five of its postures.
     """
     arm = vantages.body.arm
     rng, span = np.random.default_rng(0), arm.upper - arm.lower
@@ -173,7 +173,7 @@ def why_unseen(body: Modelled, arms: Floats) -> str:
 
     Args:
         body: the robot.
-        arms: arm postures at which it is not seen, shape (n, n_arm), rad.
+        arms: arm postures in which no head posture sees the hand, shape (n, n_arm), rad.
     """
     views = [body.view(arm, head) for arm in arms for head in _coarse(body)]
     bare = GeometricEye(body.camera, body.marker, Shapes(np.empty(0, np.int64), np.empty((0, 4))))

@@ -19,13 +19,13 @@ _MOST = 500
 def miss_distances(
     bodies: Sequence[Modelled], arms: Sequence[Floats], heads: Sequence[Floats], hits: Sequence[Bools]
 ) -> list[float | None]:
-    """`miss_distance` of each phase, over its missed frames, or over 500 of them, evenly spread.
+    """`miss_distance` of each phase, over its missed frames. Of more than 500 it takes 500, evenly spread.
 
     Args:
         bodies: the robot in each phase.
-        arms: the sensed arm posture in each frame of each phase, shape (frames, n_arm), rad.
-        heads: the sensed head posture likewise, shape (frames, n_head), rad.
-        hits: whether the hand was seen likewise, shape (frames,).
+        arms: for each phase the sensed arm posture in each frame, shape (frames, n_arm), rad.
+        heads: for each phase the sensed head posture in each frame, shape (frames, n_head), rad.
+        hits: for each phase whether the hand was seen in each frame, shape (frames,).
     """
     made: dict[int, Vantages] = {}
     found = []
@@ -47,7 +47,7 @@ def miss_distance(vantages: Vantages, arms: Floats, heads: Floats) -> float | No
         heads: head postures in the same frames, shape (n, n_head), rad.
 
     Returns:
-        Euclidean distance, rad; None where the hand could not be seen in any frame.
+        The Euclidean distance, rad. None if the hand could be seen in none of these frames.
 
     Example:
         >>> from somatopy.bodies import MujocoBody

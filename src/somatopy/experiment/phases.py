@@ -72,7 +72,7 @@ class PhaseInterventions:
             place.intervention.begin(place)
 
     def hold(self) -> None:
-        """Let all of them take hold, at the phase's start or where a run is resumed; after an error, release them."""
+        """Put all of them into force, when the phase begins or a run is resumed. After an error, they are released."""
         with ExitStack() as undo:
             for place in self._places:
                 place.intervention.hold(place)
@@ -80,7 +80,7 @@ class PhaseInterventions:
             undo.pop_all()
 
     def release(self) -> None:
-        """Release all of them at the end of the phase, the last one first."""
+        """Release all of them at the end of the phase, in reverse order."""
         for place in reversed(self._places):
             place.intervention.release(place)
 
@@ -91,7 +91,7 @@ class PhaseInterventions:
         return percept
 
     def feel(self, percepts: Sequence[Percept]) -> list[Percept]:
-        """What they would make of each of some percepts. Afterwards they and their random numbers are as before."""
+        """Percepts as they would change them. They themselves and their random numbers stay as they are."""
         state = self.state()
         try:
             return [self.sense(percept) for percept in percepts]
@@ -105,7 +105,7 @@ class PhaseInterventions:
         return target, gaze
 
     def state(self) -> dict[str, Any]:
-        """The state of each, with its generator, by its place."""
+        """The state of each intervention and of its generator, by its index in the phase."""
         return {
             str(k): {"own": place.intervention.state(), "rng": place.rng.bit_generator.state}
             for k, place in enumerate(self._places)

@@ -16,10 +16,10 @@ __all__ = ["CONTROLS", "PRESETS", "best", "paper", "paper_2016", "paper_wide"]
 def paper() -> Description:
     """The experiment of Schillaci, Hafner and Lara 2014, in full.
 
-    The robot babbles for 197.58 minutes intact, then for 106.72 minutes with a shifted sense of its arm. What the paper
-    leaves open (babbling range
-    and speed, head speed, how fast and how elastically the maps learn) was calibrated, and is rounded to two digits:
-    docs/calibration.md says how, and what it was fitted to.
+    The intact robot babbles for 197.58 minutes. Its sense of the arm is then shifted, and it babbles for 106.72 more.
+    The paper leaves open the babbling range and speed, the speed of the head, and the learning rates and elasticities
+    of the maps. These were calibrated and rounded to two digits. docs/calibration.md says how, and to what they were
+    fitted.
     """
     chart = MAPS.validated({"kind": "dsom", "shape": (30, 30), "learning_rate": 0.093, "elasticity": 0.62})
     return paper_wide().replaced(
@@ -33,8 +33,8 @@ def paper() -> Description:
 def paper_wide() -> Description:
     """The paper's experiment with a wide babbling range, fast joints, and maps that hardly stretch.
 
-    These were the settings of the preset `paper` before its calibration. They came nearest to the paper's levels in a
-    rough trial in which nothing could hide the hand.
+    The preset `paper` had these settings before its calibration. In a rough trial in which nothing could hide the hand,
+    they came nearest to the levels of the paper.
     """
     return Description(
         name="paper-wide",
@@ -49,9 +49,9 @@ def paper_wide() -> Description:
 def paper_2016() -> Description:
     """The paper's experiment with the maps and links of the library that its first author published in 2016.
 
-    That library moves codes by raw distances in lattice cells (DSOM's preset `schillaci2016`) and works on radians. Its
-    activation is 1 / (1 + 2 tanh d). It divides each row of links by its sum, and all hits count alike, wherever in the
-    picture the hand is.
+    That library works on radians, and measures distances on the lattice in cells (preset `schillaci2016` of DSOM). Its
+    activation is 1 / (1 + 2 tanh d). It divides each row of links by its sum. All hits count equally, wherever the hand
+    is in the picture.
     """
     table = {"kind": "dsom", "shape": (30, 30), "learning_rate": 0.2, "elasticity": 1.5, "preset": "schillaci2016"}
     return paper().replaced(
@@ -68,24 +68,24 @@ def paper_2016() -> Description:
 
 
 def best() -> Description:
-    """The best learner in the wide range, for an hour intact, then for half an hour with the paper's damage."""
+    """The learner `best` in the wide babbling range: an hour intact, then half an hour with the paper's damage."""
     intact, damaged = paper_wide().phases
     phases = [intact.replaced(frames=54_000), damaged.replaced(frames=27_000)]
     return paper_wide().replaced(name="best", learner=LEARNERS.validated("best"), phases=phases)
 
 
 def random(described: Description) -> Description:
-    """A control that moves the head at random: what a robot without knowledge reaches."""
+    """A control that moves the head at random. It shows what a robot reaches that knows nothing."""
     return _instead(described, "random")
 
 
 def fixed(described: Description) -> Description:
-    """A control that never moves the head, and holds the posture that sees the hand most often while babbling."""
+    """A control that holds the head still, in the posture that sees the hand most often during babbling."""
     return _instead(described, "fixed")
 
 
 def nearest(described: Description) -> Description:
-    """A control without maps: it looks where it looked at the nearest hit that it remembers."""
+    """A control without maps: it looks where it looked at the remembered hit with the nearest arm posture."""
     return _instead(described, "nearest")
 
 
@@ -97,18 +97,18 @@ def delta(described: Description) -> Description:
 
 
 def frozen(described: Description) -> Description:
-    """The paper's learner with maps that never learn, while the links do."""
+    """The paper's learner, in which the links learn and the maps never do."""
     return described.replaced(phases=[phase.replaced(plastic=("links",)) for phase in described.phases])
 
 
 def sampled(described: Description) -> Description:
-    """The paper's learner with a frozen arm map, drawn from 30 minutes of other babbling. The links learn."""
+    """The paper's learner with an arm map of postures from 30 minutes of other babbling. Only the links learn."""
     learner = described.learner if isinstance(described.learner, Hebbian) else Hebbian()
     return frozen(described.replaced(learner=learner.replaced(arm_codes="sampled")))
 
 
 def shuffled(described: Description) -> Description:
-    """The paper's learner, whose links are shuffled after the first phase. Then nothing learns for three windows."""
+    """The paper's learner, whose links are shuffled after the first phase. For three windows then nothing learns."""
     after = Phase.model_validate({"name": "shuffled", "frames": 3 * WINDOW, "plastic": (), "start": "shuffled"})
     return described.replaced(phases=[described.phases[0], after])
 

@@ -39,10 +39,10 @@ class Proposed:
 
 
 def proposed(path: str | Path) -> Proposed:
-    """The anatomy that suits an MJCF or URDF file, with a babbling range in which the hand can mostly be seen.
+    """Propose an anatomy for an MJCF or URDF file, with a babbling range in which the hand can mostly be seen.
 
     Args:
-        path: the model. The text of the anatomy names it as it is written here.
+        path: path of the model. The text of the anatomy has it as it is written here.
 
     Raises:
         BodyError: the model cannot be read, or has nothing that could be an arm.

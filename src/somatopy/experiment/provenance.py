@@ -1,4 +1,4 @@
-"""Records by which versions, code, commit and machine a run was written, and finds differences."""
+"""Records which versions, code, commit and machine wrote a run, and finds differences between such records."""
 
 from __future__ import annotations
 
@@ -45,8 +45,8 @@ def written_by(parts: Iterable[object]) -> dict[str, str]:
     """A table of code, commit (if there is one), Python and platform.
 
     Args:
-        parts: the parts of the experiment and their settings. Each of their modules that is not somatopy's gets a
-            digest of its own, under `OWN_CODE` and its name.
+        parts: the parts of the experiment and their settings. Each module among theirs that does not belong to
+            somatopy gets a digest of its own. Its key is `OWN_CODE` and the name of the module.
     """
     commit = _commit()
     own = {type(part).__module__: file for part in parts if (file := _file_of(part)) is not None}

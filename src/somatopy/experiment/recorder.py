@@ -28,9 +28,9 @@ _SMALL = {"phase": (pa.int16(), np.int16), "tag": (pa.int16(), np.int16)}
 
 
 class Recorder:
-    """Collects one row for each frame, and writes them in parts of `PART_FRAMES`, each whole or not at all.
+    """Collects one row for each frame. It writes them in parts of `PART_FRAMES` rows, each whole or not at all.
 
-    A run that is killed loses at most the part in memory. `close` writes the part in memory.
+    A run that is killed loses at most the part that is still in memory. `close` writes that part.
 
     Args:
         folder: the folder for the parts. It is made if it does not exist.
@@ -62,7 +62,7 @@ class Recorder:
         folder.mkdir(exist_ok=True)
 
     def __call__(self, frame: Frame) -> None:
-        """Take down one frame."""
+        """Record one frame."""
         row, reading, percept, seen = self._row, frame.reading, frame.percept, frame.sighting
         vectors = reading.arm, reading.head, reading.arm_command, reading.head_command, percept.arm, percept.head
         np.concatenate(vectors, out=self._vectors[row])
@@ -82,12 +82,12 @@ class Recorder:
             self._write_part()
 
     def state(self) -> dict[str, Any]:
-        """Counts, and the rows in memory."""
+        """The numbers of frames and parts, and the rows that are still in memory."""
         rows = {name: column[: self._row].copy() for name, column in self._columns.items()}
         return {"parts": self.parts, "frames": self.frames, "row": self._row, "rows": rows}
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Continue from `state`. Parts that were written later, and unfinished files of a crash, are deleted."""
+        """Continue from `state`. This deletes parts that were written later, and unfinished files left by a crash."""
         self.parts, self.frames, self._row = int(state["parts"]), int(state["frames"]), int(state["row"])
         for name, rows in state["rows"].items():
             self._columns[name][: self._row] = rows

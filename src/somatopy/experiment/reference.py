@@ -1,13 +1,14 @@
-"""What can be reached without the information that a damage takes away, by a perfect observer without memory.
+"""The hit rate of a perfect observer without memory, who lacks the information that a damage takes away.
 
-The ceiling asks whether any head posture sees the hand. Where a joint is dead or its encoder noisy, no learner can know
-the true posture, so that the ceiling is out of reach. The reference is what an observer without memory reaches. It
-knows the robot, and the arm postures to which babbling may have led. Of these it considers those that feel like the
-present one, and looks where the hand is seen in most of them:
+The ceiling asks whether any head posture sees the hand. If a joint's sensor is dead or noisy, no learner can know the
+true posture, so that the ceiling cannot be reached. The reference is the hit rate of an observer without memory. The
+observer knows the robot, and the arm postures to which babbling may have led. It considers those of them that feel like
+the present one, and looks where the hand is seen in most of them:
 
     g(s) = argmax_g P(g sees the hand | s),  rate = E_s P(g(s) sees the hand | s),
 
-where s is what is felt of the arm. A learner can do better if it uses memory, or the efference copy of the command.
+where s is the arm posture as it is felt. A learner with memory, or with the efference copy of the command, can do
+better.
 """
 
 from __future__ import annotations
@@ -32,15 +33,15 @@ class Sees(Protocol):
     """Which of many head postures see the hand at an arm posture, such as `somatopy.experiment.ceiling.Vantages`."""
 
     def seeing(self, arm: Floats) -> NDArray[np.bool_]:
-        """Whether each sees it, shape (m,)."""
+        """Whether each head posture sees the hand, shape (m,)."""
         ...
 
 
 def memoryless(vantages: Sees, arms: ArrayLike, alike: Alike) -> NDArray[np.bool_]:
-    """Whether the observer sees the hand, for each arm posture. The reference is the mean.
+    """Whether the observer sees the hand, for each arm posture. The mean is the reference.
 
-    The gaze is chosen by postures that feel alike, and judged by the true posture. If there are few of them, the
-    estimate is too low, but never too high.
+    The gaze is chosen by the postures that feel alike, and judged by the true posture. If few postures feel alike, the
+    estimate is too low. It is never too high.
 
     Args:
         vantages: the head postures to choose from.
@@ -65,13 +66,13 @@ def memoryless(vantages: Sees, arms: ArrayLike, alike: Alike) -> NDArray[np.bool
 
 
 def unfelt(joints: Sequence[int], babbled: ArrayLike, count: int = _COUNT) -> Alike:
-    """Makes a function that gives the postures which feel alike if joints are dead.
+    """Make a function that returns the postures which feel like a given one if some joints are not sensed.
 
-    The angles of the other joints stay as they are. Those of the dead joints are taken from the `count` babbled
-    postures that are nearest in the other joints, each joint measured by its spread.
+    The angles of the sensed joints stay as they are. Those of the other joints are taken from the `count` babbled
+    postures that are nearest in the sensed joints. Distances are measured in units of each joint's spread.
 
     Args:
-        joints: indices of the dead joints in the arm's vector.
+        joints: indices of the joints that are not sensed, in the posture vector of the arm.
         babbled: arm postures from babbling, shape (m, n_arm), rad.
         count: number of postures to give.
 
@@ -96,10 +97,11 @@ def unfelt(joints: Sequence[int], babbled: ArrayLike, count: int = _COUNT) -> Al
 
 
 def blurred(deviation: ArrayLike, babbled: ArrayLike, rng: np.random.Generator, count: int = _COUNT) -> Alike:
-    """Makes a function that gives the postures which feel alike if the encoders are noisy.
+    """Make a function that returns the postures which feel like a given one if the joint sensors are noisy.
 
-    Such a posture is a posture that may have been felt, minus noise that may have been added. Postures outside of the
-    babbled range are left out. If all are outside, the felt posture is used, moved into the range.
+    The function adds noise to the given posture, which makes the felt one. Then it draws noise `count` times, and
+    subtracts each from the felt posture. Results outside of the babbled range are left out. If all are outside, the
+    result is the felt posture, moved into the range.
 
     Args:
         deviation: standard deviation of the noise, shape (n_arm,), or one for all, rad.

@@ -82,10 +82,15 @@ class RunFolder:
 
     @classmethod
     def new(cls, out: str | Path | None, description: Description) -> Self:
-        """An empty folder: `out`, or runs/<time>_<name>_seed<k> if None, with a number appended if that one exists.
+        """Make an empty folder for a run.
+
+        Args:
+            out: the folder, new or empty. With None it is runs/<time>_<name>_seed<k>, with a number behind it if that
+                exists.
+            description: the experiment, which gives name and seed.
 
         Raises:
-            DescriptionError: it exists and is not an empty folder, or it cannot be written.
+            DescriptionError: `out` is not empty, is no folder, or cannot be written.
         """
         if out is not None:
             folder = cls(out)
@@ -113,8 +118,8 @@ class RunFolder:
             parts: parts by the names `body`, `eye`, `babbler`, `learner` and `interventions`; see `Session`.
 
         Raises:
-            DescriptionError: the folder is no run folder, or a part that cannot be imported is missing or is another
-                one.
+            DescriptionError: the folder is no run folder, a part that cannot be imported was not given, or another part
+                was given.
         """
         path = self.path / DESCRIPTION
         given = {name: part for name, part in parts.items() if part is not None}
@@ -123,7 +128,7 @@ class RunFolder:
         return validated(handed_over_again(read_table(path), given, forked), str(path))
 
     def checkpoint(self, name: str = CHECKPOINT) -> dict[str, Any]:
-        """A checkpoint.
+        """Read a checkpoint of the run.
 
         Raises:
             DescriptionError: there is no such checkpoint, or it cannot be read.
@@ -142,13 +147,13 @@ class RunFolder:
         """Put a session of the folder's description into the state of a checkpoint.
 
         Args:
-            session: made from `description`.
-            name: name of the checkpoint.
-            forked: whether the session's description may differ after that moment.
+            session: a session that was made from `description`.
+            name: name of the checkpoint's file.
+            forked: whether the session's description may differ after the moment of the checkpoint.
             anyway: whether to go on even if versions or code differ from those that wrote the folder.
 
         Returns:
-            The checkpoint, to be given to `recording`.
+            The checkpoint, which `recording` takes as `since`.
 
         Raises:
             DescriptionError: the checkpoint is broken or belongs to another description, or versions or code differ.
@@ -193,9 +198,9 @@ class RunFolder:
     def recording(self, session: Session, since: dict[str, Any] | None = None, *, maps: bool = True) -> Iterator[None]:
         """Record the frames of a session while the context lasts.
 
-        A checkpoint is written at the start, every `CHECKPOINT_S` seconds, with every part of the record, at the end of
-        each phase, and at the end of the context, also after an error, unless a frame was broken off. If an error comes
-        before anything was recorded, the folder is left empty.
+        Checkpoints are written at the start, every `CHECKPOINT_S` seconds, with every part of the record, at the end of
+        each phase, and at the end of the context. The last one is also written after an error, unless the error broke
+        off a frame. If an error comes before anything was recorded, the folder is left empty.
 
         Args:
             session: the session whose frames are recorded.
@@ -203,8 +208,9 @@ class RunFolder:
             maps: whether the learned maps are stored at the end of each window.
 
         Raises:
-            DescriptionError: another process is running in this folder or has continued the run since the checkpoint,
-                or the folder holds a run and no checkpoint is given.
+            DescriptionError: another process runs in this folder, or has continued the run since the checkpoint. Or the
+                folder already holds a run, and no checkpoint is given.
+            NotPosix: the operating system has no file locks, as Windows.
         """
         with self.locked(), self._emptied_if_nothing_ran(session, since):
             self._check_newest(since)
@@ -227,20 +233,20 @@ class RunFolder:
             )
 
     def begin(self, session: Session) -> None:
-        """Write the complete description, with versions, what to cite, and remarks of interventions."""
+        """Write the complete description, with versions, references to cite, and remarks of the interventions."""
         table = {"format": FORMAT, **_without_none(_plain(session.description)), **_author_tables(session)}
         remarks = {"remarks": session.remarks} if session.remarks else {}
         write_whole(self.path / DESCRIPTION, tomli_w.dumps(table | remarks | {"cite": list(CITE)}))
 
     def append(self, session: Session) -> None:
-        """Add to the description by what the run is continued, if that differs from what began it."""
+        """Add versions and code to the description, if those that continue the run differ from those that began it."""
         text = (self.path / DESCRIPTION).read_text(encoding="utf-8")
         entry = {"resumed": [{"frame": session.done, **_author_tables(session)}]}
         write_whole(self.path / DESCRIPTION, f"{text.rstrip()}\n\n{tomli_w.dumps(entry)}")
 
     @contextmanager
     def locked(self) -> Iterator[None]:
-        """Lock the folder for this process. The lock ends with the process, however that ends."""
+        """Lock the folder for this process while the context lasts. However the process ends, the lock ends, too."""
         with ExitStack() as held:
             try:
                 held.enter_context(alone(self.path / ".lock"))

@@ -33,14 +33,14 @@ _SILENT: dict[str, float] = {"float": float("nan"), "int": -1, "bool": False}
 class Session:
     """An experiment that is ready to run, with its robot, eye, babbler, learner and interventions. It writes no files.
 
-    Iterate over a session to run it. It yields one `Frame` after the other until all phases have ended, each after the
-    body has moved. You may stop at any frame, and take a `state()` between two frames. Faults of a description are
+    Iterate over a session to run it. It yields one `Frame` after the other, until all phases have ended. The body has
+    then already moved. You may stop at any frame, and take a `state()` between two frames. Faults of a description are
     found when the session is made, before anything runs. Sinks that you attach are called with each frame.
 
-    You may give parts of your own in place of the description's, as a class or a function that makes the part. A body,
-    an eye or a babbler may also be a finished object. The class or function gets these arguments: for an eye, the body;
-    for a babbler, the arm's joints, its start posture (n_arm,) rad and a generator; for a learner, a `Robot` and a
-    generator; for a body or an intervention, none.
+    Parts of your own can replace those of the description. Give a class, or a function that makes the part. A body, an
+    eye or a babbler may also be a finished object. An eye is made from the body. A babbler is made from the arm's
+    joints, the arm's start posture, shape (n_arm,), rad, and a generator of random numbers. A learner is made from a
+    `Robot` and such a generator. A body and an intervention are made from nothing.
 
     Args:
         description: what to run.
@@ -48,11 +48,11 @@ class Session:
         eye: an eye of your own.
         babbler: a babbler of your own.
         learner: a learner of your own.
-        interventions: interventions of your own, as lists by the name of their phase. They follow those of the
-            description.
+        interventions: interventions of your own: a list for each phase, by the phase's name. They apply after those of
+            the description.
 
     Attributes:
-        description: the description, with the parts that were given in place of its own.
+        description: the description, with the parts that were given instead of its own.
         body: the robot.
         eye: what finds the marker.
         babbler: what moves the arm.
@@ -117,11 +117,11 @@ class Session:
         return self
 
     def __next__(self) -> Frame:
-        """One frame of 1/15 s. The order is an invariant of the experiment.
+        """Run one frame of 1/15 s. All experiments have the same order of steps in a frame.
 
         Raises:
             StopIteration: all phases have ended.
-            RuntimeError: the frame before was broken off by an error.
+            RuntimeError: an error has broken off the frame before.
         """
         if self.done == self._starts[-1]:
             raise StopIteration
@@ -211,12 +211,12 @@ class Session:
 
     @property
     def phase(self) -> int:
-        """Index of the phase to which the next frame belongs; after the last frame, of the last phase."""
+        """Index of the phase to which the next frame belongs. After the last frame it is that of the last phase."""
         return self._phase_of(min(self.done, max(self._starts[-1] - 1, 0)))
 
     @property
     def reached(self) -> int:
-        """Index of the phase to which the last frame belongs; before the first frame, of the first phase."""
+        """Index of the phase to which the last frame belongs. Before the first frame it is that of the first phase."""
         return self._phase_of(max(self.done - 1, 0))
 
     def _phase_of(self, frame: int) -> int:
@@ -238,11 +238,12 @@ class Session:
     # -- looking on, stopping, going on --------------------------------------------------------------------------------
 
     def attach(self, sink: Sink, pictures: bool = False) -> None:
-        """Call a sink with every frame from now on, after the body has moved and before the frame is yielded.
+        """Call a sink with every frame from now on. This happens after the body has moved, before the frame is yielded.
 
         Args:
             sink: function that is called with each frame. Its result is ignored.
-            pictures: whether the sink needs the frame's picture, `frame.reading.image()`, which is then drawn in time.
+            pictures: whether the sink needs the frame's picture, `frame.reading.image()`. It is then drawn before the
+                body moves.
         """
         self._sinks.append(sink)
         if pictures:
@@ -256,7 +257,7 @@ class Session:
 
     @property
     def whole(self) -> bool:
-        """Whether `state` can be taken. It can between any two frames, unless a frame was broken off."""
+        """Whether `state` can be called: between any two frames, unless an error has broken off a frame."""
         return self._whole
 
     @property
@@ -293,7 +294,7 @@ class Session:
         """Put the interventions of a phase into force while the context lasts.
 
         Args:
-            phase: index of the phase. If another one is under way, its interventions are in force again afterwards.
+            phase: index of the phase. If another phase has begun, its interventions are in force again afterwards.
         """
         before = self._held
         if phase == before:
@@ -315,13 +316,16 @@ class Session:
             self._held = None
 
     def sense(self, percept: Percept) -> Percept:
-        """A percept as the interventions in force change it."""
+        """A percept after the interventions in force have changed it."""
         return percept if self._held is None else self._phases[self._held].sense(percept)
 
     def feel(self, arms: Floats) -> Floats:
-        """What the learner would feel of arm postures, (k, n_arm) rad, in the phase of the last frame.
+        """Arm postures as the learner would feel them in the phase of the last frame, shape (k, n_arm), rad.
 
-        Time and head posture are those of that frame. Nothing is changed, and no random numbers are used up.
+        Time and head posture are those of that frame. Nothing changes, and no random numbers are used up.
+
+        Args:
+            arms: the true arm postures, shape (k, n_arm), rad.
         """
         now, phase = self._reading, self._phases[self.reached]
         percepts = [Percept(now.time, arm, now.head, arm, now.head_command) for arm in arms]
@@ -329,11 +333,11 @@ class Session:
 
     @property
     def resumable(self) -> bool:
-        """Whether `state` and `restore` are possible, which depends on the body."""
+        """Whether `state` and `restore` are possible. This depends on the body."""
         return isinstance(self.body, Resumable)
 
     def state(self) -> dict[str, Any]:
-        """All that a bit-exact continuation needs, as arrays and plain values.
+        """Everything that is needed to continue bit for bit, as arrays and plain values.
 
         Raises:
             DescriptionError: the body cannot be resumed.
@@ -383,15 +387,16 @@ class Session:
     def share_arm(self, compute: bool = False) -> bool:
         """Take the arm's movement from the user's cache, if the movement of this seed is stored there.
 
-        Babbling goes by the clock alone, so that runs with other learners have the same movement. This changes no bit
-        of any frame. It ends when an intervention changes the body or the arm's target.
+        Babbling depends on nothing but the clock, so that runs with other learners have the same movement. No bit of
+        any frame changes. The session stops using the stored movement when an intervention changes the body or the
+        arm's target.
 
         Args:
             compute: whether to compute and store the movement if it is not in the cache.
 
         Returns:
-            Whether a stored movement is used. This needs a body whose arm moves by physics and independently of the
-            head, and no intervention may have begun that can change the arm's movement.
+            Whether a stored movement is used. It can be used if the arm moves by physics and independently of the head,
+            and if no intervention has begun that can change the arm's movement.
         """
         body, babbling = self.body, self.description.babbling
         if not isinstance(body, SharesArm):

@@ -1,7 +1,7 @@
 """Records from which gazes the hand could be seen: the file sight.npz of a run folder.
 
-The ceiling says how often the hand can be seen at all. This file says in addition from how many gazes it can be seen,
-for stretches of consecutive frames, and from which ones, for the arm postures of belief.npz.
+The ceiling says how often the hand can be seen at all. For stretches of consecutive frames, this file says from how
+many gazes it can be seen. For the arm postures of belief.npz, it says from which gazes.
 """
 
 from __future__ import annotations
@@ -30,11 +30,11 @@ STRETCHES, STRETCH = 10, 300
 def write_sight(folder: Path, bodies: Sequence[Modelled], arms_by_phase: Sequence[Floats]) -> None:
     """Write what could be seen in a run.
 
-    The file holds `frame`, frames of the first and of the last phase that have any, each a number of the whole run,
-    shape (n,); `stretch`, to which stretch of consecutive ones each belongs, shape (n,); `gazes`, from how many head
-    postures of the ceiling's grid the hand can be seen there, shape (n,); `grid`, how many that grid has; and, where
-    belief.npz is, `seen`: whether each of its gazes sees the hand at each of its arm postures in each phase, shape
-    (phases, k, m).
+    The file holds these arrays. `frame` has numbers of frames of the run, shape (n,). They come from the first and the
+    last phase that have frames. `stretch` says to which stretch of consecutive frames each belongs, shape (n,). `gazes`
+    says from how many head postures of the ceiling's grid the hand can be seen in it, shape (n,), and `grid` is the
+    number of head postures in that grid. If the run has a belief.npz, `seen` says for each phase whether each of its
+    gazes sees the hand at each of its arm postures, shape (phases, k, m).
 
     Args:
         folder: the run folder.
@@ -64,7 +64,7 @@ def write_sight(folder: Path, bodies: Sequence[Modelled], arms_by_phase: Sequenc
 
 
 def stretches(frames: int) -> list[Ints]:
-    """Ten stretches of 20 seconds in a phase, evenly spread; or the whole phase if it is no longer than that.
+    """Ten stretches of 20 seconds in a phase, evenly spread. A phase that is not longer is one stretch.
 
     Example:
         >>> [(int(part[0]), int(part[-1])) for part in stretches(10_000)][:2], len(stretches(10_000))

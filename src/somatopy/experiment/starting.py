@@ -1,4 +1,4 @@
-"""A description file that starts from a preset: what it says replaces what the preset says, key by key."""
+"""Reads description files that start from a preset. Key by key, the file replaces what the preset says."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ __all__ = ["from_preset"]
 
 
 def from_preset(table: Mapping[str, Any], source: str) -> dict[str, Any]:
-    """The whole table of a description file that names a preset.
+    """The complete table of a description file that names a preset.
 
-    Tables are joined key by key. A part of another kind than the preset's begins with its own defaults, and a list,
-    such as `phases`, is replaced as a whole.
+    Tables are joined key by key. If a part has another kind than in the preset, its other settings are the defaults of
+    that kind. A list, such as `phases`, is replaced as a whole.
 
     Args:
         table: the parsed TOML, with the key `preset`.
-        source: what to call the file in an error.
+        source: name of the file in error messages.
 
     Raises:
         DescriptionError: there is no such preset.

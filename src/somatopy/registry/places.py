@@ -82,7 +82,7 @@ def found(module: str, attribute: str) -> Any:
             importlib.invalidate_caches()
             found = importlib.import_module(module)
     except ModuleNotFoundError as error:
-        raise UnknownKind(f"cannot be imported ({error}); looked among the installed packages and in {here}") from error
+        raise UnknownKind(f"cannot be imported ({error}). {_sought(module, error.name or '', here)}") from error
     except (Exception, SystemExit) as error:  # a script without `if __name__ == "__main__"` may exit
         raise UnknownKind(f"cannot be imported: {module} fails with {type(error).__name__}: {error}") from error
     thing: Any = found
@@ -92,3 +92,29 @@ def found(module: str, attribute: str) -> Any:
             raise UnknownKind(f"does not exist: {module} has no {name}; it has {', '.join(there) or 'nothing'}")
         thing = getattr(thing, name)
     return thing
+
+
+def _sought(module: str, missing: str, here: str) -> str:
+    """Where a module was looked for, and how to put it there.
+
+    Args:
+        module: the module of a part.
+        missing: what was not found: that module, a package around it, or something that it imports.
+        here: the current folder.
+    """
+    package, _, name = missing.rpartition(".")
+    if not missing or not f"{module}.".startswith(f"{missing}."):
+        return f"{module} was found, but it imports something that was not: install that, or add it to PYTHONPATH"
+    if package:
+        return f"{package} was found, {_file_of(package)}, and has no module {name}"
+    return (
+        "It was looked for among the installed packages, in the folders of PYTHONPATH, and in the current folder "
+        f"{here}. Change to the folder that holds {name}.py or the package {name}, or name that folder: "
+        "PYTHONPATH=path/to/folder somatopy ..."
+    )
+
+
+def _file_of(package: str) -> str:
+    """The folder of a package, or the file of a module that is none."""
+    thing = sys.modules[package]
+    return str(next(iter(getattr(thing, "__path__", [thing.__file__]))))

@@ -18,7 +18,7 @@ import tomli_w
 from somatopy.analysis.cells import CELLS, COLUMNS, COSTS, FAILURES, JOURNAL, STUDY, journalled, to_table
 from somatopy.experiment.description import DescriptionError
 from somatopy.files import write_whole
-from somatopy.posix import alone
+from somatopy.posix import alone, require
 from somatopy.studies.plan import Cell, Study
 
 __all__ = ["StudyFolder", "plain"]
@@ -47,9 +47,11 @@ class StudyFolder:
 
     Raises:
         DescriptionError: the folder cannot be written, or holds something else.
+        NotPosix: the operating system has no file locks, as Windows.
     """
 
     def __init__(self, path: str | Path | None, name: str) -> None:
+        require()
         stamp = datetime.now().strftime("%Y%m%d-%H%M%S")
         self.path = Path(path) if path is not None else Path("runs") / f"{stamp}_{_in_a_path(name)}"
         self.scratch = self.path / _SCRATCH
