@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -284,7 +285,7 @@ def _next(examined: Examined) -> list[str]:
     """The shell's lines that run this robot; they are not broken, so that they can be copied."""
     if not examined.result.runs:
         return []
-    first = [f"  somatopy check-body {examined.robot} --propose > my.toml"] if examined.text is not None else []
+    first = [f"  somatopy check-body {shlex.quote(examined.robot)} --propose > my.toml"] if examined.text is not None else []
     return [*first, f"  {_command(examined)}"]
 
 
@@ -292,7 +293,6 @@ def _command(examined: Examined) -> str:
     """The shell's line that runs this robot, once what was proposed is in my.toml."""
     result = examined.result
     file = "my.toml" if examined.text is not None else examined.robot
-    flags = ["" if file == "nao" else f" --body.model {file}"]
-    if result.trial is None or result.trial.diverged is not None:
-        flags.append(" --motion kinematic")
-    return f"somatopy run paper{''.join(flags)}"
+    run = "run paper" if file == "nao" else f"run best --body.model {shlex.quote(file)} --minutes 30"
+    still = result.trial is None or result.trial.diverged is not None
+    return f"somatopy {run}{' --motion kinematic' if still else ''}"
