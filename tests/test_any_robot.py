@@ -189,7 +189,11 @@ def check_evaluation(folder: Path) -> None:
 
 @pytest.mark.parametrize(
     "preset",
-    ["best", *(f"paper-{name}" for name in "random fixed nearest frozen sampled shuffled scratch stopped".split())],
+    [
+        "best",
+        *(f"paper-{name}" for name in ("random", "fixed", "nearest", "frozen")),
+        *(f"paper-{name}" for name in ("sampled", "shuffled", "scratch", "stopped")),
+    ],
 )
 def test_every_preset_runs_on_a_robot_of_one_head_joint(preset: str, tmp_path: Path, capsys: Any) -> None:
     """By its preset, as typed; after its robot time it says what stands for the paper's damage."""

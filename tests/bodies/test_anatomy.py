@@ -35,7 +35,7 @@ def test_unknown_body_is_answered_with_the_known_ones() -> None:
 def test_a_model_in_place_of_an_anatomy_is_answered_with_the_command_that_makes_one(robot: Robot) -> None:
     """To name the model itself is the first thing that everyone tries."""
     model = Anatomy.load(robot()).model
-    with pytest.raises(BodyError, match=r"crane\.xml is a robot's model.*somatopy check-body .*crane\.xml --propose > my"):
+    with pytest.raises(BodyError, match=r"is a robot's model.*somatopy check-body .*crane\.xml --propose > my"):
         Anatomy.load(anatomy_path(str(model)))
 
 
@@ -47,10 +47,10 @@ def test_every_error_of_a_description_is_a_value_error() -> None:
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (('name = "eye"\nwidth', 'name = "eye"\nwide'), r"unknown key 'camera\.wide'; valid keys there: name, width, height"),
+        (('name = "eye"\nwidth', 'name = "eye"\nwide'), r"unknown key 'camera\.wide'; .*there: name, width, height"),
         (('name = "Crane"', 'nmae = "Crane"'), r"name: a value is missing; unknown key 'nmae'.*did you mean name\?"),
         (("position = [0.12", "positon = [0.12"), r"there: body, position, axis \(did you mean position\?\)"),
-        (("[head]", "[add.servos]\nlift = { kp = 1.0, kd = 1.0 }\n[head]"), r"'add\.servos\.lift\.kd'; .*there: kp, kv"),
+        (("[head]", "[add.servos]\nlift = { kp = 1, kd = 1 }\n[head]"), r"'add\.servos\.lift\.kd'; .*there: kp, kv"),
         (("[2.0, 3.0]", "[2.0]"), r"arm: .*2 joints need as many velocities, not 1"),
         (("[2.0, 3.0]", "[2.0, -3.0]"), r"arm.velocity.1 = -3.0: must be greater than 0"),
         (("[2.0, 3.0]", "[2.0, nan]"), r"arm.velocity.1 = nan: must be .*finite"),
@@ -136,10 +136,10 @@ def test_coupling_that_lets_nothing_pass_is_refused(robot: Robot, coupled: Chang
             ("[camera]", "[add.camera]\nbody = 'post'\nforward = [0, 0, 1]\n\n[camera]"),
             r"add.camera: .*forward \[0.0, 0.0, 1.0\] and up \[0.0, 0.0, 1.0\] must be two directions",
         ),
-        (("[camera]", "[add.servos]\nlift = { kp = 0, kv = 1 }\n\n[camera]"), r"add.servos.lift.kp = 0: must be greater"),
+        (("[camera]", "[add.servos]\nlift = { kp = 0, kv = 1 }\n\n[camera]"), r"add.servos.lift.kp = 0: .*greater"),
         (("[camera]", "[add.servos]\nlift = { kp = 1 }\n\n[camera]"), r"add.servos.lift.kv: a value is missing"),
         (("velocity = [2.0, 3.0]", "limits = [[-1, 1]]"), r"limits needs one \[low, high\] for each of .*, not 1"),
-        (('name = "Crane"', 'name = "Crane"\nposture = { lift = "up" }'), r"posture.lift = 'up': must be a valid number"),
+        (('name = "Crane"', 'name = "Crane"\nposture = { lift = "up" }'), r"posture.lift = 'up': .*valid number"),
     ],
 )
 def test_misfit_in_what_is_added_is_named(robot: Robot, change: Change, message: str) -> None:

@@ -106,6 +106,15 @@ def test_a_range_in_numbers() -> None:
     assert found == ((-1.0, 1.0), (0.0, 0.5), (-1.0, 1.0), (-1.0, -0.5))
 
 
+def test_another_robot_keeps_the_range_that_is_asked_for() -> None:
+    """Even where it is the one that a preset has for a NAO's arm, which no other robot gets by itself."""
+    best = PRESETS["best"]()
+    words = [str(end) for interval in best.babbling.range for end in interval]
+    other = ["--body.model", "my_robot.toml"]
+    assert described(*other, "--babbling.range", *words, description=best).babbling.range == best.babbling.range
+    assert described(*other, "--babbling.speed", "0.5", description=best).babbling.range == "confined"
+
+
 def test_file_then_short_then_dotted() -> None:
     """A short flag beats the file, a dotted one beats both, in whatever order they stand."""
     file = paper().replaced(body={"motion": "kinematic"}, babbling={"speed": 0.3})

@@ -123,9 +123,9 @@ def _no_toml(path: Path, error: Exception) -> str:
     if path.suffix.lower() not in _OF_MODELS:
         return f"The anatomy file {path} is not valid TOML: {error}."
     return (
-        f"{path} is a robot's model. What is asked for is an anatomy file, which names the model and says what of it is "
-        f"arm, head, camera and hand. Write one with `somatopy check-body {shlex.quote(str(path))} --propose > my.toml`, and name my.toml "
-        "instead."
+        f"{path} is a robot's model. What is asked for is an anatomy file, which names the model and says what of it "
+        "is arm, head, camera and hand. Write one with "
+        f"`somatopy check-body {shlex.quote(str(path))} --propose > my.toml`, and name my.toml instead."
     )
 
 

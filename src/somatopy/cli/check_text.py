@@ -285,8 +285,8 @@ def _next(examined: Examined) -> list[str]:
     """The shell's lines that run this robot; they are not broken, so that they can be copied."""
     if not examined.result.runs:
         return []
-    first = [f"  somatopy check-body {shlex.quote(examined.robot)} --propose > my.toml"] if examined.text is not None else []
-    return [*first, f"  {_command(examined)}"]
+    proposing = f"  somatopy check-body {shlex.quote(examined.robot)} --propose > my.toml"
+    return [*([proposing] if examined.text is not None else []), f"  {_command(examined)}"]
 
 
 def _command(examined: Examined) -> str:

@@ -16,8 +16,8 @@ def from_preset(table: Mapping[str, Any], source: str) -> dict[str, Any]:
     """The whole table of a description file that names a preset.
 
     Tables are joined key by key. A part of another kind than the preset's begins with its own defaults, and a list,
-    such as `phases`, is replaced as a whole. A robot that is no NAO babbles in its own range `confined`, where the preset
-    has numbers for a NAO's arm.
+    such as `phases`, is replaced as a whole. A robot that is no NAO babbles in its own range `confined`, where the
+    preset has numbers for a NAO's arm.
 
     Args:
         table: the parsed TOML, with the key `preset`.
