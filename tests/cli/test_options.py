@@ -7,7 +7,7 @@ import pytest
 from somatopy.cli.mirror import mirrored
 from somatopy.cli.options import Flags, Options, parse
 from somatopy.cli.words import words_of
-from somatopy.experiment import Description, DescriptionError, paper
+from somatopy.experiment import PRESETS, Description, DescriptionError, paper
 from somatopy.learners.controls import Fixed
 from somatopy.learners.hebbian import Hebbian
 from somatopy.registry import INTERVENTIONS, LEARNERS
