@@ -14,7 +14,7 @@ import shlex
 import sys
 from pathlib import Path
 
-from somatopy import load_run
+from somatopy import fork, load_description, load_run
 from somatopy.cli import main
 
 
@@ -148,13 +148,12 @@ with contextlib.redirect_stdout(io.StringIO()):
 #
 # Ten minutes of babbling come first. Then the sense of the arm is damaged for five minutes: each joint is felt
 # somewhere else than where it is, as after an encoder has lost its zero. `best` is a learner that knows nothing about
-# the robot but its limits. The robot moves by physics. The geometric eye computes whether the camera would find a tag,
-# instead of rendering pictures.
+# the robot but the limits of its joints and the size of its picture. The robot moves by physics. The geometric eye
+# computes whether the camera would find a tag, instead of rendering pictures.
 
 # %%
-RUN = "somatopy run best --body.model lookout.toml --eye geometric --quiet"
-DAMAGED = "--minutes 10 --damage-minutes 5 --damage offset-0.8"
-shell(f"{RUN} {DAMAGED} --out run")
+minutes = "--minutes 10 --damage-minutes 5 --damage offset-0.8"
+shell(f"somatopy run best --body.model lookout.toml --eye geometric {minutes} --quiet --out run")
 
 # %% [markdown]
 # ## Did it?
@@ -179,11 +178,13 @@ for phase, hits in frames.groupby("phase")["hit"]:
 
 # %% [markdown]
 # The damage hardly shows. Is it harmless, or did the robot learn again? Forbid it to learn during the damage, and see.
-# `--phases.1.plastic` lists the parts of the learner that may learn in the second phase. Here none does.
+# `fork` continues a run after its first phase, here with a second phase in which no part of the learner is *plastic*.
 
 # %%
-shell(f"{RUN} {DAMAGED} --phases.1.plastic --out stopped")
-print(f"hand seen in {load_run('stopped').summary['phases'][1]['rate']:.0%} of the damaged phase")
+described = load_description("run/experiment.toml")
+intact, damaged = described.phases
+stopped = fork("run", described.replaced(phases=[intact, damaged.replaced(plastic=())]), progress=False)
+print(f"hand seen in {stopped.summary['phases'][1]['rate']:.0%} of the damaged phase")
 
 # %% [markdown]
 # `somatopy report run` writes a page with the robot's picture, curves and maps ([how to read it](../report.md)), and
