@@ -206,8 +206,8 @@ print(f"hand seen in {stopped.summary['phases'][1]['rate']:.0%} of the damaged p
 #
 # | member | what it is |
 # |---|---|
-# | `arm`, `head` | `JointGroup(names, lower, upper, velocity)`, rad and rad/s; readable before the robot is connected |
-# | `camera` | `Camera(name, width, height, fovy)`, a pinhole: undistort your pictures first |
+# | `arm`, `head` | `JointGroup(names, lower, upper, velocity)`, arrays in rad and rad/s; set them before you connect |
+# | `camera` | `Camera(name, width, height, fovy)`, `fovy` in rad; a pinhole, so undistort your pictures first |
 # | `marker` | `Marker()`, if the cube is the one described above |
 # | `reset(seed)` | goes to the start posture, and returns a `Reading` at time 0 |
 # | `step(arm, head)` | clips both targets to the limits, lets the robot move for 1/15 s, and returns a `Reading` |
