@@ -7,7 +7,7 @@ import pytest
 from somatopy.cli.mirror import mirrored
 from somatopy.cli.options import Flags, Options, parse
 from somatopy.cli.words import words_of
-from somatopy.experiment import PRESETS, Description, DescriptionError, paper
+from somatopy.experiment import Description, DescriptionError, paper
 from somatopy.learners.controls import Fixed
 from somatopy.learners.hebbian import Hebbian
 from somatopy.registry import INTERVENTIONS, LEARNERS
@@ -104,15 +104,6 @@ def test_a_range_in_numbers() -> None:
     numbers = ["-1", "1", "0", "0.5", "-1", "1", "-1", "-0.5"]
     found = described("--babbling.range", *numbers).babbling.range
     assert found == ((-1.0, 1.0), (0.0, 0.5), (-1.0, 1.0), (-1.0, -0.5))
-
-
-def test_another_robot_keeps_the_range_that_is_asked_for() -> None:
-    """Even where it is the one that a preset has for a NAO's arm, which no other robot gets by itself."""
-    best = PRESETS["best"]()
-    words = [str(end) for interval in best.babbling.range for end in interval]
-    other = ["--body.model", "my_robot.toml"]
-    assert described(*other, "--babbling.range", *words, description=best).babbling.range == best.babbling.range
-    assert described(*other, "--babbling.speed", "0.5", description=best).babbling.range == "confined"
 
 
 def test_file_then_short_then_dotted() -> None:

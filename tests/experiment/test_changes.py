@@ -8,7 +8,7 @@ import pytest
 
 from somatopy.experiment import DescriptionError, paper
 from somatopy.experiment.changes import changed, damage_named
-from somatopy.experiment.presets import CONTROLS, PRESETS
+from somatopy.experiment.presets import CONTROLS
 
 
 def test_nothing_changes_nothing() -> None:
@@ -126,15 +126,3 @@ def test_keys_that_are_joined_have_one_value() -> None:
     assert changed(paper(), {"minutes+damage-minutes": 3}) == changed(paper(), {"minutes": 3, "damage_minutes": 3})
     with pytest.raises(DescriptionError, match="elasticty"):
         changed(paper(), {"learner.arm_map.elasticity+learner.head_map.elasticty": 0.7})
-
-
-@pytest.mark.parametrize("preset", PRESETS)
-def test_another_robot_babbles_in_a_range_of_its_own(preset: str) -> None:
-    """Whatever preset it runs; a NAO keeps the preset's range, and a range that is asked for stays."""
-    described = PRESETS[preset]()
-    assert changed(described, {"body.model": "my_robot.toml"}).babbling.range == "confined"
-    assert changed(described, {"body": {"kind": "mujoco", "model": "my_robot.toml"}}).babbling.range == "confined"
-    assert changed(described, {"body.model": "nao"}) == described
-    asked = ((-1.0, 1.0), (0.0, 1.0))
-    for own in (asked, PRESETS["best"]().babbling.range):
-        assert changed(described, {"body.model": "my_robot.toml", "babbling.range": own}).babbling.range == own

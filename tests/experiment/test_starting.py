@@ -29,13 +29,6 @@ def test_a_preset_alone_is_that_preset(name: str, read: Read) -> None:
     assert read(f"preset = '{name}'") == PRESETS[name]()
 
 
-def test_another_robot_babbles_in_a_range_of_its_own(read: Read) -> None:
-    """Not in numbers that the preset has for a NAO's arm, unless the file says them."""
-    own = "preset = 'best'\nbody.model = 'my_robot.toml'\n"
-    assert read(f"{own}babbling.speed = 0.5").babbling.range == "confined"
-    assert read(f"{own}babbling.range = [[0.0, 1.0]]").babbling.range == ((0.0, 1.0),)
-
-
 @pytest.mark.parametrize(
     ("text", "changes"),
     [

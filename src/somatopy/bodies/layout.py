@@ -112,10 +112,15 @@ class Layout:
         )
 
     def ranges(self, anatomy: Anatomy) -> dict[str, Floats]:
-        """Babbling ranges by name, shape (n_arm, 2): the joint limits, and those of the anatomy."""
+        """Babbling ranges by name, shape (n_arm, 2): the joint limits, and those of the anatomy.
+
+        The presets' ranges "confined" and "wide" are always there. A robot without a wide one has its confined one in
+        its place, and one without that its joint limits.
+        """
         limits = self.arm.space.limits
         own = {name: _up_to(limits, np.array(range_)) for name, range_ in anatomy.ranges.items()}
-        return dict.fromkeys(("mechanical", "confined"), limits) | own
+        confined = own.get("confined", limits)
+        return {"mechanical": limits, "confined": confined, "wide": confined} | own
 
 
 def _up_to(limits: Floats, interval: Floats) -> Floats:

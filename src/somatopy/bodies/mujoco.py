@@ -65,8 +65,8 @@ class MujocoBody(Alterations):
         arm_moves_alone: whether nothing couples arm and head, so that the arm moves the same to the last bit whatever
             the head does.
         ranges: babbling ranges by name, shape (n_arm, 2), rad: the anatomy's, and "mechanical", the joint limits.
-            There is always a range "confined", in which presets babble. If the anatomy has none, it is the joint
-            limits.
+            There are always the ranges "confined" and "wide", in which presets babble. Where the anatomy has no wide
+            one it is the confined one, and where it has none of that it is the joint limits.
         model: the compiled MuJoCo model.
         data: the model's state. If arm and head are stepped apart, only joint positions and poses in it are up to date,
             not velocities and forces. Writing into it then moves nothing: change the model instead.

@@ -21,6 +21,8 @@ from somatopy.experiment.checkup import Checkup
 __all__ = ["Examined", "plain", "say"]
 
 _WIDTH, _SHOWN = 100, 5
+#: What makes a run short, and spares it OpenGL.
+_SHORT = "--eye geometric --minutes 20 --damage-minutes 10"
 
 
 @dataclass(frozen=True)
@@ -293,6 +295,6 @@ def _command(examined: Examined) -> str:
     """The shell's line that runs this robot, once what was proposed is in my.toml."""
     result = examined.result
     file = "my.toml" if examined.text is not None else examined.robot
-    run = "run paper" if file == "nao" else f"run best --body.model {shlex.quote(file)} --minutes 30"
+    run = "run paper" if file == "nao" else f"run best --body.model {shlex.quote(file)} {_SHORT}"
     still = result.trial is None or result.trial.diverged is not None
     return f"somatopy {run}{' --motion kinematic' if still else ''}"

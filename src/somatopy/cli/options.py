@@ -14,7 +14,6 @@ from somatopy.cli.overrides import Option, aliases, chosen, damage_of_phase
 from somatopy.cli.words import Word, check_flags, help_asked, laid_out, name_of, page, parsed, words_of, written
 from somatopy.experiment.changes import flagged, scaled
 from somatopy.experiment.description import Description, DescriptionError, validated
-from somatopy.experiment.presets import suit_robot
 from somatopy.validation import meant
 
 __all__ = ["SWITCH", "Flags", "OnCheckpoint", "OnRun", "Options", "parse"]
@@ -118,10 +117,7 @@ def parse(
         _help(tables, mirrored(described, as_help=True), list(known.values()), program, text)
     options = known | {word.name: word for word in words_of(mirror)}
     found = parsed(_command(mirror, flags), [*short, *(option.words for option in dotted)], program, options)
-    asked_for = plain(found.description)
-    if not any(name_of(words[0]) == "babbling.range" for words in groups):
-        suit_robot(asked_for)
-    return Options(_with_frames(_checked(asked_for, groups)), given)
+    return Options(_with_frames(_checked(plain(found.description), groups)), given)
 
 
 def _command(mirror: Any, flags: type[Flags]) -> type:

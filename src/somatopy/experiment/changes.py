@@ -7,7 +7,7 @@ from itertools import accumulate, pairwise
 from typing import Any
 
 from somatopy.experiment.description import SHORT_FORMS, Description, DescriptionError, frames_of, stands_for, validated
-from somatopy.experiment.presets import CONTROLS, suit_robot
+from somatopy.experiment.presets import CONTROLS
 from somatopy.interventions import SUITE
 from somatopy.registry import INTERVENTIONS
 from somatopy.validation import near
@@ -25,8 +25,6 @@ def changed(
     description: Description, changes: Mapping[str, Any], source: str = "The changed experiment"
 ) -> Description:
     """A changed copy of a description. Short words are applied first, then dotted keys, and the control last.
-
-    A robot that is no NAO babbles in its own range `confined`, where a preset has numbers for a NAO's arm.
 
     Args:
         description: what is changed.
@@ -48,8 +46,6 @@ def changed(
     table = _lists(flagged({key: words[key] for key in SHORT_WORDS if key in words}, description, "damage ="))
     for key in sorted(words.keys() - {*SHORT_WORDS, "control"}, key=_depth):
         _set(table, key, words[key])
-    if not words.keys() & {"babbling", "babbling.range"}:
-        suit_robot(table)
     found = validated(table, source)
     control = words.get("control", "none")
     if control == "none":

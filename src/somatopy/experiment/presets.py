@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import partial
-from typing import Any
 
 from somatopy.clock import WINDOW
 from somatopy.experiment.description import Description, Phase
 from somatopy.learners.hebbian import Hebbian
 from somatopy.registry import BABBLERS, INTERVENTIONS, LEARNERS, MAPS, RULES
 
-__all__ = ["CONTROLS", "PRESETS", "best", "paper", "paper_2016", "paper_wide", "suit_robot"]
-
-#: The wide babbling range, low and high of each joint of a NAO's arm, rad.
-_WIDE = ((-1.2, 1.6), (-0.3141, 1.3264), (-1.3, 1.3), (-1.5446, -0.0350))
+__all__ = ["CONTROLS", "PRESETS", "best", "paper", "paper_2016", "paper_wide"]
 
 
 def paper() -> Description:
@@ -42,7 +38,7 @@ def paper_wide() -> Description:
     """
     return Description(
         name="paper-wide",
-        babbling=BABBLERS.validated({"range": _WIDE, "speed": 0.8}),
+        babbling=BABBLERS.validated({"range": "wide", "speed": 0.8}),
         phases=(
             Phase(name="intact", frames=177_823),
             Phase(name="damaged", frames=96_049, interventions=(INTERVENTIONS.validated("offset"),), trend_breaks=(7,)),
@@ -76,30 +72,6 @@ def best() -> Description:
     intact, damaged = paper_wide().phases
     phases = [intact.replaced(frames=54_000), damaged.replaced(frames=27_000)]
     return paper_wide().replaced(name="best", learner=LEARNERS.validated("best"), phases=phases)
-
-
-def suit_robot(table: dict[str, Any]) -> None:
-    """Let a robot that is no NAO babble in its own range `confined`, where a preset has numbers for a NAO's arm.
-
-    Args:
-        table: of a description, as plain data; changed.
-
-    Example:
-        >>> table = best().model_dump()
-        >>> table["body"]["model"] = "my_robot.toml"
-        >>> suit_robot(table)
-        >>> table["babbling"]["range"]
-        'confined'
-    """
-    body, babbling = table["body"], table["babbling"]
-    modelled = isinstance(body, Mapping) and body.get("kind") == "mujoco"
-    if modelled and body.get("model", "nao") != "nao" and _intervals(babbling.get("range")) == _WIDE:
-        babbling["range"] = "confined"
-
-
-def _intervals(given: Any) -> Any:
-    """A range in numbers as tuples; one that is named as it is."""
-    return tuple(map(tuple, given)) if isinstance(given, list | tuple) else given
 
 
 def random(described: Description) -> Description:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from somatopy.experiment.description import DescriptionError
-from somatopy.experiment.presets import PRESETS, suit_robot
+from somatopy.experiment.presets import PRESETS
 from somatopy.validation import meant
 
 __all__ = ["from_preset"]
@@ -16,8 +16,7 @@ def from_preset(table: Mapping[str, Any], source: str) -> dict[str, Any]:
     """The whole table of a description file that names a preset.
 
     Tables are joined key by key. A part of another kind than the preset's begins with its own defaults, and a list,
-    such as `phases`, is replaced as a whole. A robot that is no NAO babbles in its own range `confined`, where the
-    preset has numbers for a NAO's arm.
+    such as `phases`, is replaced as a whole.
 
     Args:
         table: the parsed TOML, with the key `preset`.
@@ -36,11 +35,7 @@ def from_preset(table: Mapping[str, Any], source: str) -> dict[str, Any]:
     if not isinstance(name, str) or name not in PRESETS:
         asked = meant(str(name), PRESETS)
         raise DescriptionError(f"{source}: there is no preset {name!r}. {asked}Choose one of {', '.join(PRESETS)}.")
-    joined = _joined(PRESETS[name]().model_dump(mode="json"), own)
-    babbling = own.get("babbling")
-    if not isinstance(babbling, Mapping) or "range" not in babbling:
-        suit_robot(joined)
-    return joined
+    return _joined(PRESETS[name]().model_dump(mode="json"), own)
 
 
 def _joined(before: Mapping[str, Any], own: Mapping[str, Any]) -> dict[str, Any]:
