@@ -338,3 +338,11 @@ def test_the_pixel_gain_is_known_after_thirty_movements() -> None:
             memory.head[:], memory.pixel[:] = head, pixel
         assert 25 < memory.numbers[TURNS] <= 40
         np.testing.assert_allclose(memory.gain, truth, atol=0.1 * np.abs(truth).max())
+
+
+def test_no_axis_of_the_sheet_is_narrower_than_half_the_widest() -> None:
+    """Though the gain of a joint that has hardly turned is still near 0."""
+    memory = fresh(robot(4))
+    memory.gain[:] = [[-0.6, 0.0], [0.0, 0.01]]
+    fit_sheet(memory, 0.75)
+    np.testing.assert_allclose(memory.reach, [0.84, 0.42])

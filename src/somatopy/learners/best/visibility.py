@@ -15,6 +15,7 @@ __all__ = ["corners", "evidence", "fade", "fit_sheet", "in_reach", "is_due", "le
 SHEET_RATE, COMMON_RATE, FIELD_RATE = 0.1, 0.3, 0.6
 KEPT, STROKE, STROKE_WIDTH, STROKE_CELLS = 0.85, 3.0, 2.0, 5  # of the working memory, in cells
 SETTLING, PICTURES = 50, 1.4  # movements after which the sheet is first fitted; its reach in halves of a picture
+NARROWEST = 0.5  # reach of any axis, in that of the widest, at least
 BEYOND = 4  # cells beyond the sheet at which an offset still teaches
 
 
@@ -244,6 +245,9 @@ def is_due(movements: float) -> bool:
 def fit_sheet(memory: Memory, aspect: float) -> None:
     """Let the sheet reach 1.4 times as far as half a picture, by the pixel gain; what it says of an offset stays.
 
+    No axis reaches less than half as far as the widest. A head that looks about in a narrow sheet hardly turns that
+    joint, and would never find out that its gain is larger.
+
     Args:
         memory: what the learner holds.
         aspect: height of the picture by its width.
@@ -253,7 +257,8 @@ def fit_sheet(memory: Memory, aspect: float) -> None:
     new = np.empty(m)
     for k in range(m):
         new[k] = PICTURES * (abs(memory.gain[k, 0]) + abs(memory.gain[k, 1]) * aspect)
-        ratio[k] = new[k] / memory.reach[k]
+    new[:] = np.maximum(new, NARROWEST * new.max())
+    ratio[:] = new / memory.reach
     sheet, recent, none = np.empty_like(memory.sheet), np.empty_like(memory.recent), np.zeros(m)
     place, weight = np.empty(8, np.int64), np.empty(8)
     last = m - 1
