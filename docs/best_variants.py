@@ -16,14 +16,17 @@ from annotated_types import Ge
 from typing_extensions import Doc
 
 from somatopy.learners import BestLearner
-from somatopy.learners.best.directions import NEAREST, active, direction, powers
+from somatopy.learners.best.calibration import GAIN_AGE, GAIN_RATE
+from somatopy.learners.best.directions import NEAREST, active, direction, dual_of, powers
 from somatopy.learners.best.frame import choose
-from somatopy.learners.best.memory import HITS, SURPRISE, UNITS, Memory
+from somatopy.learners.best.memory import HITS, SURPRISE, TURNS, UNITS, Memory
 from somatopy.learners.best.schema import PULL, is_lost
 from somatopy.learners.best.visibility import KEPT, in_reach, learn_visibility
 from somatopy.percept import Floats, Percept, Robot, Sighting
 
 Factor = Annotated[float, Ge(0)]
+#: What a miss teaches, and what is stretched with the sheet.
+TAUGHT = ("sheet", "common", "fields", "recent")
 
 
 class Varied(BestLearner):
@@ -45,14 +48,17 @@ class Varied(BestLearner):
         turns: Annotated[Factor, Doc("Of the units' directions b.")] = 1.0,
         drift: Annotated[Factor, Doc("Of the drift eps of the directions.")] = 1.0,
         sheet: Annotated[Factor, Doc("Of the sheet f that all postures share.")] = 1.0,
+        common: Annotated[Factor, Doc("Of the polynomial F of visibility.")] = 1.0,
         fields: Annotated[Factor, Doc("Of the units' fields w.")] = 1.0,
         strokes: Annotated[Factor, Doc("Of the strokes in the working memory E.")] = 1.0,
-        misses: Annotated[Factor, Doc("Of all that a miss teaches f, w and E.")] = 1.0,
+        misses: Annotated[Factor, Doc("Of all that a miss teaches f, F, w and E.")] = 1.0,
         step: Annotated[Factor, Doc("Of the schema's step by the error of the direction.")] = 1.0,
         pull: Annotated[Factor, Doc("Of the schema's pull to the mean posture.")] = 1.0,
         ahead: Annotated[Factor, Doc("Frames by which it chooses its gaze ahead of what it senses.")] = 1.0,
         late: Annotated[int, Ge(0), Doc("Frames by which all that it senses reaches it late.")] = 0,
         centring: Annotated[bool, Doc("Whether it looks at the hand's direction, and learns no visibility.")] = False,
+        alike: Annotated[bool, Doc("Whether the monomials of B and F learn without the metric M.")] = False,
+        steady: Annotated[bool, Doc("Whether the pixel gain learns at its last rate from the first on.")] = False,
         ajar: Annotated[bool, Doc("Whether misses beyond the sheet teach visibility, too.")] = False,
     ) -> None:
         super().__init__(robot, rng)
@@ -62,12 +68,14 @@ class Varied(BestLearner):
             "turns": turns,
             "drift": drift,
             "sheet": sheet * learns,
+            "common": common * learns,
             "fields": fields * learns,
             "recent": strokes * learns,
         }
         self._misses, self._schema, self._ahead, self._ajar = misses, (step, pull), ahead, ajar
+        self._alike, self._steady = alike, steady
         changed = {name for name, factor in self._factors.items() if factor != 1.0 or misses != 1.0}
-        self._kept = sorted(changed | {"numbers", "shift", "home", "drift", "reach"})
+        self._kept = sorted(changed | {"numbers", "shift", "home", "drift", "reach", "gain", "metric"})
         self._bowl = bowl(self._memory) if centring else None
         self._late: deque[tuple[Percept, Floats]] = deque(maxlen=late + 1)
 
@@ -93,12 +101,17 @@ class Varied(BestLearner):
             self._learn_beyond(before, percept)
         for name, factor in self._factors.items():
             old, now = getattr(before, name), getattr(memory, name)
-            teaches = self._misses if missed and name in ("sheet", "fields", "recent") else 1.0
+            teaches = self._misses if missed and name in TAUGHT else 1.0
             if factor == 0.0:
                 now[:] = 0.0
             elif factor * teaches != 1.0 and not self._untouched(name, before, missed):
                 base = KEPT * old if name == "recent" else old
                 now[:] = base + factor * teaches * (now - base)
+        if self._alike:
+            memory.metric[:] = before.metric
+        if self._steady:
+            rate = max(GAIN_RATE, 1.0 / (1.0 + before.numbers[TURNS] / GAIN_AGE))
+            memory.gain[:] = before.gain + GAIN_RATE / rate * (memory.gain - before.gain)
         if self._bowl is not None:
             memory.sheet[:] = self._bowl
         if self._schema != (1.0, 1.0) and "schema" in self.plastic:
@@ -108,7 +121,7 @@ class Varied(BestLearner):
         """Whether an array changed by anything but its rate: the drift fades on a miss, and sheets may be stretched."""
         if name == "drift":
             return missed
-        return name in ("sheet", "fields", "recent") and bool((self._memory.reach != before.reach).any())
+        return name in TAUGHT and bool((self._memory.reach != before.reach).any())
 
     def _change_shift(self, before: Memory) -> None:
         memory, (step, pull) = self._memory, self._schema
@@ -127,12 +140,14 @@ class Varied(BestLearner):
         found = active(memory.units, count, x, index, share)
         phi, expected = np.empty(memory.plane.shape[1]), np.empty(memory.head.size)
         powers(x, phi)
+        dual = np.empty(phi.size)
+        dual_of(memory, phi, dual)
         direction(memory, phi, index, share, found, expected)
         offset = percept.head - expected - before.drift
         if not in_reach(memory, offset):
             flags = "visibility" in self.plastic, "memory" in self.plastic
             trust = 1.0 - before.numbers[SURPRISE]
-            learn_visibility(memory, offset, False, trust, *flags, index, share, found)
+            learn_visibility(memory, offset, False, trust, *flags, phi, dual, index, share, found)
 
     def gaze(self, percept: Percept) -> Floats:
         """The gaze that `observe` chose; a random head posture before the first hit."""

@@ -116,15 +116,36 @@ def against_full(
 
 # -- the blocks of the page --------------------------------------------------------------------------------------------
 
+#: The studies with physics, what comes before the learner in the names of their conditions, and the range's name here.
+RANGES = (
+    ("learners-ranges", "range confined, ", "confined"),
+    ("learners", "", "`paper-wide`"),
+    ("learners-ranges", "range mechanical, ", "mechanical"),
+)
+
+
+def reached(found: Found) -> str:
+    """What the learner and the paper's reach at the end of an hour with physics, by the cells of learners.md."""
+    body = []
+    for study, lead, called in RANGES:
+        result = load_study(STUDIES / study)
+        every = [efficiency(result, f"{lead}learner {learner}, damage none", END) for learner in ("best", "hebbian")]
+        body.append([called, *map(level, every), " and ".join(str(len(values)) for values in every)])
+    return "\n" + rows(("range of arm movements", "`best`", "the paper's learner", "seeds"), body) + "\n"
+
+
 ABLATIONS = {
     "no units' fields": "no units' fields w",
     "no shared sheet": "no shared sheet f",
+    "no polynomial of visibility": "no polynomial F",
     "misses teach nothing": "misses teach nothing",
     "centres the hand later": "looks at g + ε, without visibility and memory, once G has settled",
     "centres the hand": "looks at g + ε, without visibility and memory, from the first frame on",
     "no working memory": "no working memory E",
     "no units' directions": "no units' directions b",
     "no polynomial": "no polynomial B",
+    "no metric": "monomials learn without the metric M",
+    "steady gain": "G learns at its last rate from the first movement on",
     "no drift": "no drift ε",
     "no schema": "no schema",
     "no anticipation": "no anticipation",
@@ -135,7 +156,7 @@ PLASTIC = {
     "links alone": "directions and visibility, but not the schema",
     "schema alone": "the schema, but not directions and visibility",
     "neither": "neither",
-    "nothing learns": "nothing, calibration and memory neither",
+    "nothing learns": "nothing at all (calibration and memory stand still, too)",
 }
 LATE = {f"late by {k}": f"{k} late" for k in (1, 2, 3)} | {
     f"late by {k}, looks {k + 1} ahead": f"{k} late, {k + 1} ahead" for k in (1, 2, 3)
@@ -235,13 +256,14 @@ def apart(lead: str, values: BySeed, others: BySeed, when: str, called: str) -> 
     found = less(values, others)
     assert found.mean is not None
     own, other = (mean_interval([each[seed] for seed in shared], iqm=False).mean for each in (values, others))
-    side = "below" if found.mean < 0 else "above"
+    side, sign = ("below", -1) if found.mean < 0 else ("above", 1)
     bounds, unsure = "", ""
     if found.low is not None and found.high is not None:
         ends = sorted((abs(found.low), abs(found.high)))
         bounds = f" [{ends[0]:.1f}, {ends[1]:.1f}]"
         if found.low <= 0 <= found.high:
-            bounds = f" [{found.low:+.1f}, {found.high:+.1f}]"
+            ends = sorted((sign * found.low, sign * found.high))
+            bounds = f" [{ends[0]:+.1f}, {ends[1]:+.1f}]"
             unsure = " These seeds cannot tell that from no difference."
     many = f"{len(shared)} seeds" if len(shared) > 1 else "one seed"
     return (
@@ -257,7 +279,7 @@ SENTENCES = (
         "The paper's own learner with the delta rule on its links, by which a miss teaches",
         "delta",
         "the paper's",
-        "the paper's rule",
+        "the paper's learner",
         END,
         HOUR,
     ),
@@ -286,7 +308,7 @@ SENTENCES = (
     missing("If neither does", "neither", REST_AFTER, AFTER),
     missing("If nothing learns at all", "nothing learns", REST_AFTER, AFTER),
     missing("The paper's learner, all of whose parts go on learning", "the paper's", REST_AFTER, AFTER),
-    beside("The same with the delta rule", "delta", "the paper's", "the paper's rule", REST_AFTER, AFTER),
+    beside("The same with the delta rule", "delta", "the paper's", "the paper's learner", REST_AFTER, AFTER),
 )
 
 
@@ -309,6 +331,7 @@ def columns(result: StudyResult, *names: str) -> list[list[float]]:
 
 
 BLOCKS: dict[str, Callable[[Found], str]] = {
+    "reached": reached,
     "parts": parts,
     "plastic": plastic,
     "rates": rates,

@@ -42,10 +42,10 @@ BOUNDS = STUDIES / "learners-bounds.json"
 #: In the order in which they run.
 NAMES = (
     "learners",
-    *(f"learners-{name}" for name in ("damages", "ranges", "slow", "full", "rendered", "lost", "healed")),
+    *(f"learners-{name}" for name in ("damages", "moved", "ranges", "slow", "full", "rendered", "lost", "healed")),
 )
 BEST, PAPERS, WIDE = "best", "hebbian", "paper-wide"
-CALLED = {BEST: "`best`", PAPERS: "the paper's rule", "delta": "`delta`", "nearest": "`nearest`"}
+CALLED = {BEST: "`best`", PAPERS: "`hebbian`", "delta": "`delta`", "nearest": "`nearest`"}
 RANGES = ("confined", WIDE, "mechanical")
 #: Damages after which a posture that is felt no longer tells where the hand is.
 DEAD = ("dead-joint-1", "dead-joint-2")
@@ -212,6 +212,8 @@ def page(found: Mapping[str, StudyResult], measured: Mapping[str, Any]) -> str:
         said["course"] = {"seeds": seeds([at_hour(cells, WIDE, BEST, SECOND)])}
     if "learners-damages" in cells:
         said["damages"] = damaged(cells["learners-damages"], measured)
+    if "learners-moved" in found:
+        said["moved"] = {"table": moved(found["learners-moved"])}
     if "learners-healed" in cells:
         said["retention"] = {"table": retained(cells["learners-healed"])}
     if any("grids" in one for one in measured.values()):
@@ -237,16 +239,17 @@ def answer(cells: Mapping[str, Cells]) -> str:
     others = "Other damages have not been run yet."
     if kept and damages:
         worst = min(kept, key=lambda damage: fmean(kept[damage].values()))
+        few = "" if min(map(len, kept.values())) >= FEW else ", too few for a verdict"
         others = (
-            f"Over {len(kept)} damages that leave the information it is at {mean(over_damages(kept))} in the mean, and "
-            f"at {mean(kept[worst])} after the worst of them, *{worst}*{of_seeds(kept.values())}."
+            f"Over {len(kept)} changes that leave the information it is at {mean(over_damages(kept))} in the mean, and "
+            f"at {mean(kept[worst])} after the worst of them, *{worst}*{of_seeds(kept.values())}{few}."
         )
     return (
         f"Where the hand can be seen, `best` sees it in {mean(first[0][0])} of the frames of its second five minutes "
-        f"and in {mean(first[0][1])} at the end of an hour, and the paper's rule in {mean(first[1][0])} and "
+        f"and in {mean(first[0][1])} at the end of an hour, and the paper's learner in {mean(first[1][0])} and "
         f"{mean(first[1][1])}{of_seeds([*first[0], *first[1]])}. "
         f"In the second five minutes after the paper's damage, `best` is at {mean(after[0])} of "
-        f"what it reaches without damage, and the paper's rule at {mean(after[1])}"
+        f"what it reaches without damage, and the paper's learner at {mean(after[1])}"
         f"{of_seeds(after)}. {others}"
     )
 
@@ -292,7 +295,7 @@ def demanded(cells: Mapping[str, Cells]) -> str:
                 worst = min(kept, key=lambda each: fmean(kept[each].values()))
                 body.append(line(where, damage, over_damages(kept), physics, f"mean of {len(kept)}"))
                 body.append(line(where, damage, kept[worst], physics, f"worst: *{worst}*"))
-    head = ("range", "moment", "", "physics", "%, mean [95 % interval]", "floor", "goal", "", "seeds")
+    head = ("range", "moment", "over", "physics", "%, mean [95 % interval]", "floor", "goal", "verdict", "seeds")
     return rows(head, body)
 
 
@@ -351,6 +354,19 @@ def reference(study: Cells, measured: Mapping[str, Any]) -> str:
     return rows(["damage", "without memory (seeds)", *(CALLED.get(each, each) for each in learners), "seeds"], body)
 
 
+def moved(result: StudyResult) -> str:
+    """The last three windows of each phase with the marker moved from the first frame on, or only by the damage."""
+    body = []
+    for name in result.conditions:
+        every: list[BySeed] = [{}, {}]
+        for row in result.table.to_pylist():
+            reached = LAST(row) if row["condition"] == name and row["phase"] < 2 else None
+            if reached is not None:
+                every[row["phase"]][row["seed"]] = reached
+        body.append([name, *map(interval, every), seeds(every)])
+    return rows(("the marker is", "end of the hour", "end of the half hour after it", "seeds"), body)
+
+
 #: Study, range, what to call it, and how long its first phase is.
 SETTINGS = (
     ("learners", WIDE, "paper-wide", "1 h"),
@@ -376,7 +392,8 @@ def elsewhere(cells: Mapping[str, Cells]) -> str:
                 body.append([called, CALLED[learner], length, *map(interval, every), seeds(every)])
             else:
                 missing.append(f"{called} ({CALLED[learner]}, {length})")
-    head = ["", "learner", "before", "second window", "last three", "after the damage: first", "second", "last three"]
+    before = ["setting", "learner", "before", "second window", "last three"]
+    head = [*before, "after the damage: first", "second", "last three"]
     said = f"\n\nNot run yet: {listed(missing)}." if missing else ""
     return rows([*head, "second, % of the fork", "seeds"], body) + said
 
@@ -391,7 +408,7 @@ def never_lost(cells: Mapping[str, Cells], measured: Mapping[str, Any]) -> str:
         looked, lost = lost_cells(cells[name], measured)
         physics = "with physics" if name == "learners-damages" else "without physics"
         count = sum(map(len, lost.values()))
-        said.append(f"Of {looked:,} damaged cells of `best` in `{name}` ({physics}), {count:,} are lost.")
+        said.append(f"Of {looked:,} damaged runs of `best` in `{name}` ({physics}) {count or 'none'} are lost.")
         if lost:
             body = [
                 [where, damage, f"{len(those)}", ", ".join(f"{seed}: {share:.0f}" for seed, share in those.items())]
@@ -552,7 +569,7 @@ def decorate(axes: Axes, study: Cells) -> None:
     notes = (
         (1, 101, "the ceiling: all that any gaze could see", CEILING),
         (0.45 * border, best - 14, "best", HITS),
-        (0.45 * border, papers - 19, "the paper's rule", TREND),
+        (0.45 * border, papers - 19, "the paper's learner", TREND),
         (border + 1, fork + 4, "without damage", "0.35"),
         (border + 1, 3, "the paper's damage", BORDER),
     )

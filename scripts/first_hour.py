@@ -22,33 +22,33 @@ MOST_LINES = 16  # of what a command prints
 IRIS = (
     "from sklearn.datasets import load_iris; from somatopy import SOM; X = load_iris().data; "
     "som = SOM(shape=(10, 10), random_state=0).fit(X); "
-    "print(f'mean distance to the nearest unit: {som.quantization_error(X):.2f} cm')"
+    "print(f'mean distance to the nearest unit: {-som.score(X):.2f} cm')"
 )
+IN = ". .venv/bin/activate && "
+TUTORIAL = f"{IN}mkdir -p tutorials && cd tutorials && python ../examples/tutorials/"
 #: What is typed, and what a reader would want to know of it.
 STEPS = (
     ("python3 -m venv .venv", "A virtual environment of its own."),
     ('.venv/bin/pip install --quiet ".[all]"', "somatopy with all that a reader needs."),
-    (". .venv/bin/activate && somatopy list", "Which experiments and which parts there are."),
-    (". .venv/bin/activate && somatopy demo --out runs/demo", "The student: see a robot learn."),
+    (f"{IN}somatopy list", "Which experiments and which parts there are."),
+    (f"{IN}somatopy demo --out runs/demo", "The student: see a robot learn."),
     (
-        ". .venv/bin/activate && somatopy run best --minutes 20 --damage-minutes 5 --eye geometric --out runs/best",
-        "The same learner for twenty minutes and five more after the paper's damage, without pictures.",
+        f"{IN}somatopy run best --minutes 20 --damage-minutes 10 --eye geometric --out runs/first",
+        "The same learner for twenty minutes, and for ten more after the paper's damage, without pictures.",
     ),
+    (f"{IN}somatopy report runs/first", "The page of this run."),
+    (f"{IN}somatopy film runs/first --from 19 --to 20", "A film of its last minute before the damage."),
     (
-        ". .venv/bin/activate && somatopy film runs/best --from 19 --to 20",
-        "A film of its last minute before the damage.",
-    ),
-    (
-        ". .venv/bin/activate && somatopy compare --learners best,hebbian,fixed --damages none,paper --seeds 2 "
+        f"{IN}somatopy compare --learners best,hebbian,fixed --damages none,paper --seeds 2 "
         "--minutes 10 --out runs/compare",
         "The researcher: three learners under two seeds, with and without the damage.",
     ),
-    (
-        ". .venv/bin/activate && somatopy check-body nao",
-        "The engineer: what a robot's model has, here the one that comes with somatopy.",
-    ),
-    (f'. .venv/bin/activate && python -c "{IRIS}"', "The data person: a map of a table."),
-    (". .venv/bin/activate && python examples/own_learner.py 5", "A learner of one's own in 40 lines."),
+    (f"{TUTORIAL}study.py", "The researcher's tutorial: a study."),
+    (f"{IN}somatopy check-body nao", "The engineer: what a robot's model has, here the one that comes with somatopy."),
+    (f"{TUTORIAL}own_robot.py", "The engineer's tutorial: a robot of one's own, from its model to what it learns."),
+    (f'{IN}python -c "{IRIS}"', "The data person: a map of a table."),
+    (f"{TUTORIAL}first_map.py", "The data person's tutorial."),
+    (f"{IN}python examples/own_learner.py 5", "A learner of one's own in 40 lines."),
 )
 
 
@@ -77,7 +77,7 @@ def _step(command: str, text: str, folder: Path, shown: str | None = None) -> st
     seconds = time.monotonic() - began
     if done.returncode:
         raise SystemExit(f"{command} ended with {done.returncode}:\n{done.stdout}")
-    typed = (shown or command).replace(". .venv/bin/activate && ", "")
+    typed = (shown or command).replace(IN, "")
     return f"{text} {_took(seconds)}\n\n```\n$ {typed}\n{_printed(done.stdout, folder)}```\n"
 
 

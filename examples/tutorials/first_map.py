@@ -22,9 +22,10 @@ print(flowers.shape, "from", flowers.min(), "to", flowers.max())
 # %% [markdown]
 # ## Learn
 #
-# Maps learn one input at a time. `partial_fit` takes many, in their order, and goes on where learning stands. The
-# flowers are sorted by species, so they are shuffled in each round. `horizon` is the number of inputs after which the
-# map has settled.
+# For a table that lies before you, `SOM(shape=(10, 10), random_state=0).fit(flowers)` is all: it shuffles, and passes
+# over the rows often enough. Here the rows come as a stream, to show what goes on. `partial_fit` takes them in their
+# order, and goes on from what the map has learned before. The flowers are sorted by species, so they are
+# shuffled in each round. `horizon` is the number of inputs after which the map has settled.
 
 # %%
 rounds, rng = 100, np.random.default_rng(0)
@@ -45,6 +46,9 @@ print(f"quantisation error {quantisation_error(som, flowers):.3f}; of one unit {
 print(f"topographic error  {topographic_error(som, flowers):.3f}")
 
 # %% [markdown]
+# Do not be too impressed: 100 units share 150 flowers, and the map has seen them all.
+# [Quality](../maps/quality.md) says how to measure on data that the map has not learned.
+#
 # ## Look
 #
 # `predict` says which unit wins for each flower, and `winner` for a single one, with its distance. No species was
@@ -58,8 +62,8 @@ for name, species in zip(iris.target_names, range(3), strict=True):
     print(f"{name:>10}: {alone:.0%} of its flowers win a unit that no other species wins")
 
 # %% [markdown]
-# A U-matrix shows how far each unit is from its neighbours. The bright band that runs across separates one species
-# from the rest.
+# A U-matrix shows how far each unit is from its neighbours. The bright band that runs across separates two groups of
+# units. The map was not told the species, and the picture does not show them.
 
 # %%
 axes = pictures.u_matrix(som)

@@ -88,11 +88,15 @@ for name, learner in {"the paper's": None, "Remembers": Remembers}.items():
     print(f"{name:>12}: hand seen in {summary['phases'][0]['rate']:.1%} of 10 minutes")
 
 # %% [markdown]
-# In a file of its own, `my_file.py`, the learner also runs from the command line, and meets every damage:
+# These are not the numbers of the README. Here joints obey at once, and the head moves at its limit, since `replaced`
+# replaces a part as a whole, and the preset's `head_speed` goes with it. One seed says little: compare under many.
+#
+# In a file of its own, `my_file.py`, the learner also runs from the command line, and meets every damage. The second
+# command has 120 cells; with `--dry-run` it says how long they take.
 #
 # ```sh
-# somatopy run paper --learner my_file:Remembers
-# somatopy compare --learners hebbian,my_file:Remembers --damages all
+# somatopy run paper --learner my_file:Remembers --minutes 30 --eye geometric
+# somatopy compare --learners hebbian,my_file:Remembers --damages none,all --seeds 3 --minutes 30 --damage-minutes 15
 # ```
 #
 # Next: [settings, and all the other parts that can be yours](../../CONTRIBUTING.md#add-yours).

@@ -7,7 +7,8 @@
 #
 # `paper()` describes the experiment, and `replaced` gives another description with some values changed. Two changes
 # make it fast. The *geometric* eye computes whether the hand can be seen, where the other one renders a picture and
-# searches it. A *kinematic* body moves at its joints' speeds, without physics.
+# searches it. A *kinematic* body moves at its joints' speeds, without physics. `trend_breaks=()` draws no trend lines:
+# the run is too short for them.
 
 # %%
 from somatopy import paper, run
@@ -25,7 +26,7 @@ result = run(described.replaced(phases=phases), "run", progress=False)
 # ## What came of it
 #
 # The summary has an entry for each phase. A *hit* is a frame in which the hand was seen, and a *window* has five
-# minutes.
+# minutes, which are 4,500 frames. The folder `run` must be new or empty: to run this again, delete it or name another.
 
 # %%
 for phase in result.summary["phases"]:
@@ -46,7 +47,12 @@ for phase in result.summary["phases"]:
 # %% [markdown]
 # ## Look at it
 #
-# Everything is in the run folder. `somatopy report run` adds figures and a page that opens in any browser, offline.
+# After the damage the learner sees its hand less. This is one seed and a short run. Over thirty seeds of full length
+# the hand is seen in 51.9 % of the frames before the damage and in 50.8 % after it
+# ([reproduction](../reproduction.md)).
+#
+# Everything is in the run folder ([what each file holds](../run_folder.md)). `somatopy report run` adds figures and a
+# page that opens in any browser, offline.
 
 # %%
 print(sorted(entry.name for entry in result.path.iterdir() if not entry.name.startswith(".")))

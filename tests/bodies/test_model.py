@@ -76,10 +76,12 @@ def test_servo_of_another_joint_holds_it(robot: Robot, servo: str) -> None:
 def test_ranges_always_have_the_names_that_presets_use(robot: Robot) -> None:
     """The anatomy's own go before."""
     body = MujocoBody(robot(), motion="kinematic")
-    assert set(body.ranges) == {"mechanical", "confined"}
-    assert np.array_equal(body.ranges["confined"], body.arm.space.limits)
+    assert set(body.ranges) == {"mechanical", "confined", "wide"}
+    for name in ("confined", "wide"):
+        assert np.array_equal(body.ranges[name], body.arm.space.limits)
     narrow = MujocoBody(robot(anatomy=("[arm]", "[ranges]\nconfined = [[-0.1, 0.1], [0, 0.2]]\n\n[arm]")))
     assert narrow.ranges["confined"].tolist() == [[-0.1, 0.1], [0.0, 0.2]]
+    assert narrow.ranges["wide"].tolist() == narrow.ranges["confined"].tolist()
 
 
 def test_velocity_may_be_left_out(robot: Robot) -> None:

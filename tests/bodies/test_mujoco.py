@@ -342,7 +342,7 @@ def test_contact_of_other_parts_is_no_overlap(nao: MujocoBody) -> None:
 
 def test_ranges_are_the_anatomys_and_the_joint_limits(nao: MujocoBody) -> None:
     """One [low, high] for each arm joint, by name."""
-    assert list(nao.ranges) == ["mechanical", "confined"]
+    assert list(nao.ranges) == ["mechanical", "confined", "wide"]
     np.testing.assert_array_equal(nao.ranges["mechanical"], np.column_stack([LOWER, UPPER])[:4])
     np.testing.assert_array_equal(nao.ranges["confined"][0], [-0.5, 1.1])
 

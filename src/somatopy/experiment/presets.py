@@ -38,9 +38,7 @@ def paper_wide() -> Description:
     """
     return Description(
         name="paper-wide",
-        babbling=BABBLERS.validated(
-            {"range": ((-1.2, 1.6), (-0.3141, 1.3264), (-1.3, 1.3), (-1.5446, -0.0350)), "speed": 0.8}
-        ),
+        babbling=BABBLERS.validated({"range": "wide", "speed": 0.8}),
         phases=(
             Phase(name="intact", frames=177_823),
             Phase(name="damaged", frames=96_049, interventions=(INTERVENTIONS.validated("offset"),), trend_breaks=(7,)),

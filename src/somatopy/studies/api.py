@@ -34,7 +34,7 @@ def study(
         seeds: number of seeds, from `seed` up, or a list of seeds. Only for descriptions.
         seed: the first seed.
         eye: the eye for all descriptions that are given by name. By default it is the geometric one, a model of the
-            detector that is hundreds of times as fast. None keeps the eye of each description.
+            detector that is four (with physics) to seventeen times as fast. None keeps the eye of each description.
         out: the study folder: new, empty, or one of a study to continue; runs/<time>_<name> if None.
         processes: number of processes; as many as there are cores if None.
         ray: the address of a Ray cluster on which the cells run, as docs/studies.md explains; this machine if None.

@@ -11,7 +11,7 @@ from somatopy.percept import Floats
 __all__ = ["bin_of", "learn_bias", "learn_ends", "learn_gain", "learn_speed"]
 
 BIAS_RATE, BIAS_MOST, STRIDE_SHARE = 0.05, 0.3, 0.8
-GAIN_RATE, GAIN_LEAST, TURN_LEAST = 0.05, 0.05 / 2.56, 0.05
+GAIN_RATE, GAIN_AGE, GAIN_LEAST, TURN_LEAST = 0.05, 5.0, 0.05 / 2.56, 0.05
 SPEED_RATE, WAY_LEAST = 0.02, 0.05
 SETTLED, PICTURES = 100, 1.4
 
@@ -75,8 +75,9 @@ def learn_speed(memory: Memory, felt: Floats) -> None:
 
 @jit
 def learn_gain(memory: Memory, head: Floats, pixel: Floats) -> bool:
-    """G += .05 e dp' / (|dp|^2 + .02) with e = -dy - G dp, from what a movement of its own head does to the picture.
+    """G += eta e dp' / (|dp|^2 + .02) with e = -dy - G dp, from what a movement of its own head does to the picture.
 
+    eta is 1 / (1 + k / 5) at the k-th such movement, counted from 0, and .05 once that is less.
 
     Args:
         memory: what the learner holds.
@@ -92,7 +93,8 @@ def learn_gain(memory: Memory, head: Floats, pixel: Floats) -> bool:
         turn += (head[k] - memory.head[k]) ** 2
     if math.isnan(du) or math.sqrt(turn) <= TURN_LEAST:
         return False
-    scale = GAIN_RATE / (du * du + dv * dv + GAIN_LEAST)
+    rate = max(GAIN_RATE, 1.0 / (1.0 + memory.numbers[TURNS] / GAIN_AGE))
+    scale = rate / (du * du + dv * dv + GAIN_LEAST)
     for k in range(head.size):
         error = memory.head[k] - head[k] - memory.gain[k, 0] * du - memory.gain[k, 1] * dv
         memory.gain[k, 0] += scale * error * du

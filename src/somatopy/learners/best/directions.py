@@ -10,10 +10,11 @@ from somatopy._jit import jit, jit_inlined
 from somatopy.learners.best.memory import FRAMES, MOST_UNITS, UNITS, UNUSED, Memory, spacing
 from somatopy.percept import Floats, Ints
 
-__all__ = ["NEAREST", "active", "direction", "find_or_add", "learn_direction", "powers", "powers_turned"]
+__all__ = ["NEAREST", "active", "direction", "dual_of", "find_or_add", "learn_direction", "powers", "powers_turned"]
 
 NEAREST = 16  # units that may be active
 PLANE_RATE, TURN_RATE, DRIFT_RATE, DRIFT_KEPT = 0.2, 0.5, 0.5, 0.9
+METRIC_KEPT = 0.9995
 
 
 @jit_inlined
@@ -122,6 +123,46 @@ def powers_turned(x: Floats) -> Floats:
 
 
 @jit
+def dual_of(memory: Memory, phi: Floats, out: Floats) -> float:
+    """q = M phi / (phi' M phi): the change of a polynomial that adds 1 to it at this posture, and little elsewhere.
+
+    Args:
+        memory: what the learner holds.
+        phi: monomials of the felt posture, shape (Q,).
+        out: overwritten by q, shape (Q,).
+
+    Returns:
+        phi' M phi, how little is known so far of postures like this one.
+    """
+    length = 0.0
+    for i in range(phi.size):
+        out[i] = 0.0
+        for j in range(phi.size):
+            out[i] += memory.metric[i, j] * phi[j]
+        length += out[i] * phi[i]
+    for i in range(phi.size):
+        out[i] /= length
+    return length
+
+
+@jit
+def _learn_metric(memory: Memory, dual: Floats, length: float) -> None:
+    """M = (M - M phi phi' M / (mu + phi' M phi)) / mu, the inverse of what recent postures' monomials have in common.
+
+    This is the gain of recursive least squares (Haykin, Adaptive Filter Theory). It forgets by mu = .9995, but only
+    while M is smaller than it was at first, so that monomials that babbling does not move cannot grow without end.
+    """
+    size, trace = dual.size, 0.0
+    for i in range(size):
+        trace += memory.metric[i, i]
+    kept = METRIC_KEPT if trace < size else 1.0
+    for i in range(size):
+        for j in range(size):
+            change = dual[i] * dual[j] * length**2 / (kept + length)
+            memory.metric[i, j] = (memory.metric[i, j] - change) / kept
+
+
+@jit
 def direction(memory: Memory, phi: Floats, index: Ints, share: Floats, found: int, out: Floats) -> None:
     """g = B phi + sum a_i b_i, shape (m,), rad."""
     for k in range(out.size):
@@ -135,26 +176,26 @@ def direction(memory: Memory, phi: Floats, index: Ints, share: Floats, found: in
 
 @jit
 def learn_direction(
-    memory: Memory, error: Floats, trust: float, phi: Floats, index: Ints, share: Floats, found: int
+    memory: Memory, error: Floats, trust: float, dual: Floats, length: float, index: Ints, share: Floats, found: int
 ) -> None:
-    """Normalised delta rule for the polynomial and the active units: B += .2 e phi' / |phi|^2, b_i += .5 e a_i / |a|^2.
+    """Normalised delta rule for the polynomial and the active units: B += .2 e q', b_i += .5 e a_i / |a|^2. M learns.
 
     Args:
         memory: what the learner holds.
         error: e, where the hand was less where it was expected, shape (m,), rad.
         trust: lambda, 1 while the body feels as usual, 0 while it does not.
-        phi: monomials of the felt posture.
+        dual: q, see `dual_of`, shape (Q,).
+        length: phi' M phi, what `dual_of` returned.
         index: the active units.
         share: their shares.
         found: how many they are.
     """
-    square, shares = 0.0, 0.0
-    for q in range(phi.size):
-        square += phi[q] ** 2
+    shares = 0.0
     for place in range(found):
         shares += share[place] ** 2
     for k in range(error.size):
-        for q in range(phi.size):
-            memory.plane[k, q] += PLANE_RATE * trust * error[k] * phi[q] / square
+        for q in range(dual.size):
+            memory.plane[k, q] += PLANE_RATE * trust * error[k] * dual[q]
         for place in range(found):
             memory.turns[index[place], k] += TURN_RATE * trust * error[k] * share[place] / shares
+    _learn_metric(memory, dual, length)

@@ -16,6 +16,7 @@ from somatopy.learners.best.directions import (
     NEAREST,
     active,
     direction,
+    dual_of,
     find_or_add,
     learn_direction,
     powers,
@@ -72,6 +73,8 @@ def live(
     found = find_or_add(memory, x, learns[DIRECTIONS] and kappa < 0.5, index, share)
     phi, expected = np.empty(memory.plane.shape[1]), np.empty(m)
     powers(x, phi)
+    dual = np.empty(phi.size)
+    length = dual_of(memory, phi, dual)
     direction(memory, phi, index, share, found, expected)
     count_sight(numbers, hit)
     wrong = 1.0 if is_lost(numbers) else kappa
@@ -84,7 +87,7 @@ def live(
         if kappa > 0.0 and learns[SCHEMA]:
             step = move_schema(memory, x, error, kappa, index, share, found)
         if learns[DIRECTIONS]:
-            learn_direction(memory, error, trust, phi, index, share, found)
+            learn_direction(memory, error, trust, dual, length, index, share, found)
         if learns[MEMORY]:
             memory.drift[:] += DRIFT_RATE * (error - memory.drift)
     else:
@@ -94,7 +97,8 @@ def live(
         memory.shift[:] += step
     fade(memory)
     if numbers[HITS] > 0.0 and in_reach(memory, offset):
-        learn_visibility(memory, offset, hit, trust, learns[VISIBILITY], learns[MEMORY], index, share, found)
+        flags = learns[VISIBILITY], learns[MEMORY]
+        learn_visibility(memory, offset, hit, trust, *flags, phi, dual, index, share, found)
     memory.felt[0], memory.felt[1], memory.head[:], memory.pixel[:] = x, goal, head, pixel
     size = 0.0
     for k in range(m):
@@ -203,4 +207,4 @@ def _expected(memory: Memory, x: Floats, recent: bool, drift: bool, centre: Floa
     direction(memory, phi, index, share, found, centre)
     if drift:
         centre += memory.drift
-    return evidence(memory, recent, index, share, found)
+    return evidence(memory, recent, phi, index, share, found)

@@ -165,7 +165,7 @@ class BestLearner(Plastic):
         """The units in use with what they say, the polynomial, the sheet, the pixel gain and the schema."""
         count, memory = int(self._memory.numbers[UNITS]), self._memory
         own = {name: getattr(memory, name)[:count].copy() for name in ("units", "turns", "fields")}
-        rest = ("plane", "sheet", "recent", "shape", "reach", "gain", "shift", "bias")
+        rest = ("plane", "metric", "common", "sheet", "recent", "shape", "reach", "gain", "shift", "bias")
         return own | {name: getattr(memory, name).copy() for name in rest}
 
     def state(self) -> dict[str, Any]:

@@ -44,9 +44,11 @@ class Memory(NamedTuple):
         gain: G, head movement that a movement in the picture is worth, shape (m, 2), rad.
         drift: eps, what the last hits say beyond the map, shape (m,), rad.
         plane: B, of the polynomial part of the direction, shape (m, Q), rad.
+        metric: M, by which the polynomial's monomials learn equally fast, shape (Q, Q).
         units: where units stand among felt postures, shape (U, n).
         turns: b, of the units' part of the direction, shape (U, m), rad.
         fields: w, what of visibility is each unit's own, shape (U, P).
+        common: F, what of visibility changes smoothly with the posture, shape (Q, P).
         used: frame in which each unit was nearest for the last time, shape (U,).
         sheet: f, what of visibility all postures share, shape (s,), the cells of `shape` row by row.
         recent: E, what was just seen and missed, shape (s,).
@@ -73,9 +75,11 @@ class Memory(NamedTuple):
     gain: Floats
     drift: Floats
     plane: Floats
+    metric: Floats
     units: Floats
     turns: Floats
     fields: Floats
+    common: Floats
     used: Ints
     sheet: Floats
     recent: Floats
@@ -125,9 +129,11 @@ def fresh(robot: Robot) -> Memory:
         gain=np.zeros((m, 2)),
         drift=np.zeros(m),
         plane=np.zeros((m, _monomials(n))),
+        metric=np.eye(_monomials(n)),
         units=np.zeros((MOST_UNITS, n)),
         turns=np.zeros((MOST_UNITS, m)),
         fields=np.zeros((MOST_UNITS, _monomials(m))),
+        common=np.zeros((_monomials(n), _monomials(m))),
         used=np.zeros(MOST_UNITS, np.int64),
         sheet=np.zeros(int(np.prod(shape))),
         recent=np.zeros(int(np.prod(shape))),
@@ -143,7 +149,7 @@ def fresh(robot: Robot) -> Memory:
 
 
 def packed(memory: Memory) -> tuple[Floats, Ints]:
-    """All floats and all integers of a memory, each in one array: two are handed to a kernel sooner than 26.
+    """All floats and all integers of a memory, each in one array: two are handed to a kernel sooner than 28.
 
     Returns:
         The arrays of floats in the order of `Memory`; n, m, the bins of `ends`, then `shape` and `used`.
@@ -161,7 +167,7 @@ def opened(floats: Floats, ints: Ints) -> Memory:
     cells = 1
     for k in range(m):
         cells *= int(shape[k])
-    monomials = _monomials(m)
+    terms, monomials = _monomials(n), _monomials(m)
     numbers, at = _next(floats, 0, NUMBERS)
     shift, at = _next(floats, at, n)
     home, at = _next(floats, at, n)
@@ -173,10 +179,12 @@ def opened(floats: Floats, ints: Ints) -> Memory:
     stride, at = _next(floats, at, m)
     gain, at = _next(floats, at, 2 * m)
     drift, at = _next(floats, at, m)
-    plane, at = _next(floats, at, m * _monomials(n))
+    plane, at = _next(floats, at, m * terms)
+    metric, at = _next(floats, at, terms * terms)
     units, at = _next(floats, at, MOST_UNITS * n)
     turns, at = _next(floats, at, MOST_UNITS * m)
     fields, at = _next(floats, at, MOST_UNITS * monomials)
+    common, at = _next(floats, at, terms * monomials)
     sheet, at = _next(floats, at, cells)
     recent, at = _next(floats, at, cells)
     reach, at = _next(floats, at, m)
@@ -198,10 +206,12 @@ def opened(floats: Floats, ints: Ints) -> Memory:
         stride,
         gain.reshape(m, 2),
         drift,
-        plane.reshape(m, _monomials(n)),
+        plane.reshape(m, terms),
+        metric.reshape(terms, terms),
         units.reshape(MOST_UNITS, n),
         turns.reshape(MOST_UNITS, m),
         fields.reshape(MOST_UNITS, monomials),
+        common.reshape(terms, monomials),
         used,
         sheet,
         recent,

@@ -12,7 +12,7 @@ from somatopy.percept import Floats, Ints
 
 __all__ = ["corners", "evidence", "fade", "fit_sheet", "in_reach", "is_due", "learn_visibility", "next_row"]
 
-SHEET_RATE, FIELD_RATE = 0.1, 0.6
+SHEET_RATE, COMMON_RATE, FIELD_RATE = 0.1, 0.3, 0.6
 KEPT, STROKE, STROKE_WIDTH, STROKE_CELLS = 0.85, 3.0, 2.0, 5  # of the working memory, in cells
 SETTLING, PICTURES = 50, 1.4  # movements after which the sheet is first fitted; its reach in halves of a picture
 BEYOND = 4  # cells beyond the sheet at which an offset still teaches
@@ -91,6 +91,18 @@ def fade(memory: Memory) -> None:
         memory.recent[cell] *= KEPT
 
 
+@jit_inlined
+def _field(memory: Memory, phi: Floats, index: Ints, share: Floats, found: int, out: Floats) -> None:
+    """F' phi + sum a_i w_i: what visibility is at a posture, beside the sheet that all share; shape (P,)."""
+    for q in range(out.size):
+        total = 0.0
+        for r in range(phi.size):
+            total += phi[r] * memory.common[r, q]
+        for a in range(found):
+            total += share[a] * memory.fields[index[a], q]
+        out[q] = total
+
+
 @jit
 def learn_visibility(
     memory: Memory,
@@ -99,29 +111,35 @@ def learn_visibility(
     trust: float,
     fields: bool,
     recent: bool,
+    phi: Floats,
+    dual: Floats,
     index: Ints,
     share: Floats,
     found: int,
 ) -> None:
     """Delta rule on sigma(z): what was seen, or missed, at an offset of the gaze from the hand.
 
-    z(o) = f(o) + sum a_i w_i . psi(o) learns slowly; the working memory gets a stroke around o by what z and itself
-    did not foresee.
+    z(o) = f(o) + (F' phi + sum a_i w_i) . psi(o) learns slowly; the working memory gets a stroke around o by what z
+    and itself did not foresee.
 
     Args:
         memory: what the learner holds.
         offset: o, gaze less where the hand is, shape (m,), rad.
         hit: whether the hand was seen.
         trust: lambda, see `learn_direction`.
-        fields: whether f and w learn.
+        fields: whether f, F and w learn.
         recent: whether the working memory does.
+        phi: monomials of the felt posture, shape (Q,).
+        dual: q, see `dual_of`, shape (Q,).
         index: the active units.
         share: their shares.
         found: how many they are.
     """
     place, weight, psi = np.empty(8, np.int64), np.empty(8), np.empty(memory.fields.shape[1])
+    field = np.empty(psi.size)
     count = corners(memory, offset, np.zeros(offset.size), place, weight)
     _psi(memory, offset, psi)
+    _field(memory, phi, index, share, found, field)
     z, just, tents, shares, square = 0.0, 0.0, 0.0, 0.0, 0.0
     for c in range(count):
         z += weight[c] * memory.sheet[place[c]]
@@ -129,14 +147,16 @@ def learn_visibility(
         tents += weight[c] ** 2
     for a in range(found):
         shares += share[a] ** 2
-        for q in range(psi.size):
-            z += share[a] * memory.fields[index[a], q] * psi[q]
     for q in range(psi.size):
+        z += field[q] * psi[q]
         square += psi[q] ** 2
     if fields:
         delta = trust * (hit - _sigmoid(z))
         for c in range(count):
             memory.sheet[place[c]] += SHEET_RATE * delta * weight[c] / tents
+        for r in range(dual.size):
+            for q in range(psi.size):
+                memory.common[r, q] += COMMON_RATE * delta * dual[r] * psi[q] / square
         for a in range(found):
             for q in range(psi.size):
                 memory.fields[index[a], q] += FIELD_RATE * delta * share[a] * psi[q] / (shares * square)
@@ -170,13 +190,11 @@ def _stroke(memory: Memory, offset: Floats, height: float) -> None:
 
 
 @jit
-def evidence(memory: Memory, recent: bool, index: Ints, share: Floats, found: int) -> Floats:
+def evidence(memory: Memory, recent: bool, phi: Floats, index: Ints, share: Floats, found: int) -> Floats:
     """z over the whole sheet, the working memory included or not; shape (s,)."""
     m, last = memory.head.size, memory.head.size - 1
-    field = np.zeros(memory.fields.shape[1])
-    for a in range(found):
-        for q in range(field.size):
-            field[q] += share[a] * memory.fields[index[a], q]
+    field = np.empty(memory.fields.shape[1])
+    _field(memory, phi, index, share, found, field)
     u, along = np.zeros((m, memory.shape.max())), np.zeros((m, memory.shape.max()))
     for k in range(m):
         for i in range(memory.shape[k]):
@@ -251,6 +269,7 @@ def fit_sheet(memory: Memory, aspect: float) -> None:
         next_row(at, memory.shape)
     memory.sheet[:], memory.recent[:] = sheet, recent
     _stretch_fields(memory.fields, ratio)
+    _stretch_fields(memory.common, ratio)
     memory.reach[:], memory.scale[:] = new, new / REACH_IN_SCALES
 
 
