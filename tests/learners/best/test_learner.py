@@ -13,7 +13,7 @@ from somatopy.contract import size
 from somatopy.learners import BestLearner
 from somatopy.learners.best.calibration import learn_gain
 from somatopy.learners.best.directions import NEAREST, active, direction, dual_of, learn_direction, powers
-from somatopy.learners.best.memory import MOST_UNITS, TURNS, fresh, opened, packed, spacing
+from somatopy.learners.best.memory import METRIC_MOST, MOST_UNITS, TURNS, fresh, opened, packed, spacing
 from somatopy.learners.best.visibility import corners, evidence, fit_sheet
 from somatopy.percept import Camera, Floats, Percept, Robot, Sighting, Space
 
@@ -284,10 +284,10 @@ def test_the_metric_is_the_inverse_of_what_monomials_have_in_common() -> None:
     """Of their outer products, summed with forgetting: by inverting the sum, beside the recursion."""
     memory, rng = fresh(robot(2)), np.random.default_rng(0)
     phi, dual = np.empty(6), np.empty(6)
-    index, share, common = np.array([0]), np.array([1.0]), np.eye(6)
-    for _ in range(500):
-        powers(rng.uniform(0.4, 0.6, size=2), phi)
-        kept = 0.9995 if np.trace(np.linalg.inv(common)) < 6 else 1.0
+    index, share, common = np.array([0]), np.array([1.0]), np.eye(6) / METRIC_MOST
+    for _ in range(2000):
+        powers(rng.uniform(size=2), phi)
+        kept = 0.9995 if np.trace(np.linalg.inv(common)) < 6 * METRIC_MOST else 1.0
         learn_direction(memory, np.zeros(2), 1.0, dual, dual_of(memory, phi, dual), index, share, 1)
         assert dual @ phi == pytest.approx(1.0)
         common = kept * common + np.outer(phi, phi)
@@ -302,7 +302,7 @@ def test_the_metric_stays_bounded_and_positive_while_the_arm_stands_still() -> N
         length = dual_of(memory, phi, dual)
         learn_direction(memory, np.zeros(2), 1.0, dual, length, np.array([0]), np.array([1.0]), 1)
     own = np.linalg.eigvalsh(memory.metric)
-    assert own.min() > 0 and own.sum() < 15.1
+    assert own.min() > 0 and own.sum() < 15.1 * METRIC_MOST
 
 
 def error_of_a_polynomial(postures: Floats, alike: bool) -> float:
@@ -316,13 +316,13 @@ def error_of_a_polynomial(postures: Floats, alike: bool) -> float:
         error[:] = truth @ phi - expected
         learn_direction(memory, error, 1.0, dual, dual_of(memory, phi, dual), nobody, np.zeros(1), 0)
         if alike:
-            memory.metric[:] = np.eye(15)
+            memory.metric[:] = METRIC_MOST * np.eye(15)
     return float(np.abs(errors[-100:]).mean())
 
 
 def test_directions_are_sooner_known_where_the_arm_moves_little() -> None:
-    """In a tenth of the range, after 300 hits: less than half the error that monomials have that learn alike."""
-    postures = 0.45 + 0.1 * np.random.default_rng(0).uniform(size=(400, 4))
+    """In a tenth of the range, after 2,000 hits: less than half the error that monomials have that learn alike."""
+    postures = 0.45 + 0.1 * np.random.default_rng(0).uniform(size=(2000, 4))
     assert error_of_a_polynomial(postures, False) < 0.5 * error_of_a_polynomial(postures, True)
 
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from somatopy._jit import jit, jit_inlined
-from somatopy.learners.best.memory import FRAMES, MOST_UNITS, UNITS, UNUSED, Memory, spacing
+from somatopy.learners.best.memory import FRAMES, METRIC_MOST, MOST_UNITS, UNITS, UNUSED, Memory, spacing
 from somatopy.percept import Floats, Ints
 
 __all__ = ["NEAREST", "active", "direction", "dual_of", "find_or_add", "learn_direction", "powers", "powers_turned"]
@@ -149,13 +149,14 @@ def dual_of(memory: Memory, phi: Floats, out: Floats) -> float:
 def _learn_metric(memory: Memory, dual: Floats, length: float) -> None:
     """M = (M - M phi phi' M / (mu + phi' M phi)) / mu, the inverse of what recent postures' monomials have in common.
 
-    This is the gain of recursive least squares (Haykin, Adaptive Filter Theory). It forgets by mu = .9995, but only
-    while M is smaller than it was at first, so that monomials that babbling does not move cannot grow without end.
+    This is the gain of recursive least squares (Haykin, Adaptive Filter Theory). M begins as .003 times the unit
+    matrix, and forgets by mu = .9995 only while its trace is below that. So monomials that babbling hardly moves
+    never learn much faster than others, which would make directions wild at postures that were not met.
     """
     size, trace = dual.size, 0.0
     for i in range(size):
         trace += memory.metric[i, i]
-    kept = METRIC_KEPT if trace < size else 1.0
+    kept = METRIC_KEPT if trace < METRIC_MOST * size else 1.0
     for i in range(size):
         for j in range(size):
             change = dual[i] * dual[j] * length**2 / (kept + length)

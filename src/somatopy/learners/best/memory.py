@@ -17,6 +17,8 @@ MOST_UNITS, UNUSED = 1000, 5 * FRAMES_PER_MINUTE
 #: Cells of the sheet along each axis, by the number of head joints: at most 31 along one and 1,200 in all.
 CELLS = {1: (31,), 2: (31, 31), 3: (11, 11, 9)}
 
+#: What the metric begins with on its diagonal, and is in the mean at most.
+METRIC_MOST = 0.003
 #: The sheet reaches so many times as far as psi's unit.
 REACH_IN_SCALES = 1.5
 #: Width of a bin of commands, rad.
@@ -129,7 +131,7 @@ def fresh(robot: Robot) -> Memory:
         gain=np.zeros((m, 2)),
         drift=np.zeros(m),
         plane=np.zeros((m, _monomials(n))),
-        metric=np.eye(_monomials(n)),
+        metric=METRIC_MOST * np.eye(_monomials(n)),
         units=np.zeros((MOST_UNITS, n)),
         turns=np.zeros((MOST_UNITS, m)),
         fields=np.zeros((MOST_UNITS, _monomials(m))),
