@@ -50,7 +50,12 @@ def outputs_of(program: Path, folder: Path) -> list[str]:
     printed = io.StringIO()
     with contextlib.redirect_stdout(printed), _inside(folder):
         runpy.run_path(str(copy), run_name="__main__")
-    return [output.strip("\n") for output in printed.getvalue().split(BORDER)[1:]]
+    return [_without_ends(output) for output in printed.getvalue().split(BORDER)[1:]]
+
+
+def _without_ends(output: str) -> str:
+    """An output without empty lines around it, and without spaces at the ends of its lines."""
+    return "\n".join(line.rstrip() for line in output.splitlines()).strip("\n")
 
 
 def page_of(program: Path, folder: Path) -> str:

@@ -188,17 +188,24 @@ def check_evaluation(folder: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "preset", ["random", "fixed", "nearest", "frozen", "sampled", "shuffled", "scratch", "stopped"]
+    "preset",
+    [
+        "best",
+        *(f"paper-{name}" for name in ("random", "fixed", "nearest", "frozen")),
+        *(f"paper-{name}" for name in ("sampled", "shuffled", "scratch", "stopped")),
+    ],
 )
-def test_every_control_runs_on_a_robot_of_one_head_joint(preset: str, tmp_path: Path, capsys: Any) -> None:
+def test_every_preset_runs_on_a_robot_of_one_head_joint(preset: str, tmp_path: Path, capsys: Any) -> None:
     """By its preset, as typed; after its robot time it says what stands for the paper's damage."""
     anatomy = write_robot(tmp_path, Shape(joints("yzy", slides="1"), joints("y"), (160, 120)))
     words = ["--body.model", str(anatomy), "--motion", "kinematic", "--eye", "geometric", "--minutes", "0.2"]
     length = (
-        ["--phases.0.frames", "180", "--phases.1.frames", "90"] if preset == "shuffled" else ["--damage-minutes", "0.1"]
+        ["--phases.0.frames", "180", "--phases.1.frames", "90"]
+        if preset == "paper-shuffled"
+        else ["--damage-minutes", "0.1"]
     )
-    assert main(["run", f"paper-{preset}", *words, *length, "--out", str(tmp_path / "run")]) == 0
+    assert main(["run", preset, *words, *length, "--out", str(tmp_path / "run")]) == 0
     time, said, *_ = capsys.readouterr().err.splitlines()
     assert time.startswith("Robot time: 0.3 minutes")
-    assert said.startswith("The paper's damage is that of a NAO's arm.") == (preset != "shuffled")
+    assert said.startswith("The paper's damage is that of a NAO's arm.") == (preset != "paper-shuffled")
     assert Run(tmp_path / "run", {}).values("frame").tolist() == list(range(180 + 90))

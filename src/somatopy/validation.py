@@ -109,7 +109,7 @@ def _explain(error: ValidationError, valid_keys: Callable[[Sequence[str]], Seque
             case "no_kind":
                 yield f"{where} {item['msg']}"
             case "value_error":
-                yield f"{where}: {context['error']}"
+                yield f"{where}: {context['error']}" if where else str(context["error"])
             case _ if item["loc"][-1:] != ("str",):  # of a union with text, the other member says what is wrong
                 yield f"{where} = {item['input']!r}: {_PLAIN.get(item['type']) or _in_words(item)}"
 

@@ -114,7 +114,7 @@ def test_a_sound_robot_has_nothing_wrong(checked: Checked, tmp_path: Path) -> No
     write(tmp_path)
     code, said, out = checked("clerk.toml")
     assert code == 0 and "Wrong" not in said and "Note" not in said
-    assert "somatopy run paper --body.model clerk.toml" in out
+    assert "somatopy run best --body.model clerk.toml --eye geometric" in out
     assert max(map(len, out.splitlines())) <= 100
     code, _, out = checked("clerk.toml", "--json")
     found = json.loads(out)

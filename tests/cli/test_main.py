@@ -187,7 +187,7 @@ def test_broken_robots(refused: Refused, empty: Path) -> None:
         ("<mujoco><worldbody>", anatomy, ["nao.xml", "MuJoCo cannot read"]),
         (nao, anatomy.replace("LElbowYaw", "LElbowJaw"), ["'LElbowJaw'", "does not exist", "LElbowYaw"]),
         (nao, anatomy.replace('"CameraBottom"', '"Camera"'), ["'Camera'", "CameraBottom"]),
-        (nao, "colour = 'red'\n" + anatomy, ["robot.toml", "colour", "Keys: name, model"]),
+        (nao, "colour = 'red'\n" + anatomy, ["robot.toml", "unknown key 'colour'", "there: name, model"]),
     ):
         (empty / "robot.toml").write_text(table)
         (empty / "nao.xml").unlink(missing_ok=True)

@@ -181,16 +181,23 @@ def test_interventions_apply_in_their_order_with_streams_of_their_own(short: Sho
 
 
 def test_a_phase_without_frames_has_no_effect(short: Short) -> None:
-    """Its interventions are never begun, wherever it stands."""
+    """Its interventions are never begun, wherever it stands, and what they remark on is not said."""
+
+    class Told(NoIntervention):
+        remark = "This phase lasts."
 
     class Never(NoIntervention):
+        remark = "This phase never comes."
+
         def begin(self, stage: Any) -> None:
             raise AssertionError("it was begun")
 
         hold = release = begin
 
     phases = [{"name": name, "frames": frames} for name, frames in (("a", 0), ("b", 2), ("c", 0), ("d", 1), ("e", 0))]
-    with Session(short(phases=phases), interventions={name: [Never] for name in "ace"}) as session:
+    given = {name: [Never] for name in "ace"} | {"d": [Told]}
+    with Session(short(phases=phases), interventions=given) as session:
+        assert session.remarks == ["This phase lasts."]
         assert (session.phase, session.reached) == (1, 1)
         assert [frame.phase for frame in session] == [1, 1, 3]
         assert (session.phase, session.reached, session.ends) == (3, 3, [0, 2, 2, 3, 3])

@@ -78,14 +78,16 @@ def check_bounds(bounds: ArrayLike, arm: JointGroup) -> Floats:
     if array.shape != (len(arm), 2):
         raise ValueError(
             f"A range needs [low, high] for each of {', '.join(arm.names)}; its shape is {array.shape}. "
-            'Give as many, or name a range of the body, such as range = "mechanical".'
+            'Give as many, or name a range of the body: babbling.range = "mechanical", or "confined" for a robot with '
+            "a MuJoCo model."
         )
     for name, (low, high), lower, upper, unit in zip(arm.names, array, arm.lower, arm.upper, arm.units, strict=True):
         if low > high:
             raise ValueError(f"The range [{low:g}, {high:g}] of {name} must have its low end first.")
         if not lower - 1e-4 <= low <= high <= upper + 1e-4:
             raise ValueError(
-                f"The range [{low:g}, {high:g}] of {name} must lie inside its limits [{lower:.4f}, {upper:.4f}] {unit}."
+                f"The range [{low:g}, {high:g}] of {name} must lie inside its limits [{lower:.4f}, {upper:.4f}] "
+                f'{unit}. Give others, or name a range of the body: babbling.range = "mechanical".'
             )
     return np.asarray(np.clip(array, arm.lower[:, None], arm.upper[:, None]))
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import shlex
 import tomllib
+from collections.abc import Iterator, Sequence
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Self
+from typing import Any, Self, get_args
 
 from pydantic import Field, ValidationError, model_validator
 
@@ -22,11 +24,13 @@ from somatopy.bodies.tables import (
     Servo,
     Table,
 )
+from somatopy.validation import explain
 
 __all__ = ["MODELS", "Add", "Anatomy", "Coupling", "Servo", "anatomy_path"]
 
 #: Robots that come with somatopy: name -> anatomy file.
 MODELS = {"nao": Path(__file__).parent / "nao" / "anatomy.toml"}
+_OF_MODELS = (".xml", ".mjcf", ".urdf")
 
 
 class Anatomy(Table):
@@ -104,17 +108,42 @@ class Anatomy(Table):
         except OSError as error:
             raise BodyError(f"Cannot read the anatomy file {path}: {error.strerror}.") from error
         except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-            raise BodyError(f"The anatomy file {path} is not valid TOML: {error}.") from error
+            raise BodyError(_no_toml(path, error)) from error
         try:
             anatomy = cls.model_validate(table)
         except ValidationError as error:
-            lines = (f"{'.'.join(map(str, e['loc'])) or 'file'}: {e['msg']}" for e in error.errors())
-            raise BodyError(
-                f"The anatomy file {path} does not fit: {'; '.join(lines)}. Keys: {', '.join(cls.model_fields)}."
-            ) from error
+            raise BodyError(f"The anatomy file {path} does not fit: {explain(error, _keys)}.") from error
         folders = [path.parent] if anatomy.package is None else _folders(anatomy.package, path)
         models = [folder / anatomy.model for folder in folders]
         return anatomy.model_copy(update={"model": next((model for model in models if model.is_file()), models[0])})
+
+
+def _no_toml(path: Path, error: Exception) -> str:
+    """What to say of a file that is no TOML; who names a model is told how to get the file that is meant."""
+    if path.suffix.lower() not in _OF_MODELS:
+        return f"The anatomy file {path} is not valid TOML: {error}."
+    return (
+        f"{path} is a robot's model. What is asked for is an anatomy file, which names the model and says what of it "
+        "is arm, head, camera and hand. Write one with "
+        f"`somatopy check-body {shlex.quote(str(path))} --propose > my.toml`, and name my.toml instead."
+    )
+
+
+def _keys(place: Sequence[str]) -> list[str]:
+    """The valid keys of the table that stands at some keys of an anatomy file."""
+    table: type[Table] = Anatomy
+    for key in place:
+        if field := table.model_fields.get(key):
+            table = next((found for found in _classes(field.annotation) if issubclass(found, Table)), table)
+    return [*table.model_fields]
+
+
+def _classes(hint: Any) -> Iterator[type]:
+    """All classes in a type."""
+    if isinstance(hint, type):
+        yield hint
+    for part in get_args(hint):
+        yield from _classes(part)
 
 
 def _folders(package: str, path: Path) -> list[Path]:

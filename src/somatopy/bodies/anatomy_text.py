@@ -112,7 +112,7 @@ def _marker(proposal: Proposal) -> Iterator[str]:
 def _ranges(proposal: Proposal) -> Iterator[str]:
     if proposal.ranges:
         yield "[ranges]"
-        yield '# Babbling ranges, [low, high] of each arm joint. The preset `paper` takes "confined".'
+        yield '# Babbling ranges, [low, high] of each arm joint. Presets babble in "confined"; "wide" may be added.'
     for name, range_ in proposal.ranges.items():
         yield f"{name} = {_said(range_)}"
 

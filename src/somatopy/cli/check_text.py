@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -20,6 +21,8 @@ from somatopy.experiment.checkup import Checkup
 __all__ = ["Examined", "plain", "say"]
 
 _WIDTH, _SHOWN = 100, 5
+#: What makes a run short, and spares it OpenGL.
+_SHORT = "--eye geometric --minutes 20 --damage-minutes 10"
 
 
 @dataclass(frozen=True)
@@ -284,15 +287,14 @@ def _next(examined: Examined) -> list[str]:
     """The shell's lines that run this robot; they are not broken, so that they can be copied."""
     if not examined.result.runs:
         return []
-    first = [f"  somatopy check-body {examined.robot} --propose > my.toml"] if examined.text is not None else []
-    return [*first, f"  {_command(examined)}"]
+    proposing = f"  somatopy check-body {shlex.quote(examined.robot)} --propose > my.toml"
+    return [*([proposing] if examined.text is not None else []), f"  {_command(examined)}"]
 
 
 def _command(examined: Examined) -> str:
     """The shell's line that runs this robot, once what was proposed is in my.toml."""
     result = examined.result
     file = "my.toml" if examined.text is not None else examined.robot
-    flags = ["" if file == "nao" else f" --body.model {file}"]
-    if result.trial is None or result.trial.diverged is not None:
-        flags.append(" --motion kinematic")
-    return f"somatopy run paper{''.join(flags)}"
+    run = "run paper" if file == "nao" else f"run best --body.model {shlex.quote(file)} {_SHORT}"
+    still = result.trial is None or result.trial.diverged is not None
+    return f"somatopy {run}{' --motion kinematic' if still else ''}"

@@ -267,8 +267,9 @@ class Session:
 
     @property
     def remarks(self) -> list[str]:
-        """The remarks of all interventions that have one, each once. A run prints them before its first frame."""
-        said = (getattr(intervention, "remark", "") for intervention in chain.from_iterable(self.interventions))
+        """What interventions remark on, each once, in phases that last. A run prints it before its first frame."""
+        phases = zip(self.description.phases, self.interventions, strict=True)
+        said = (getattr(each, "remark", "") for phase, listed in phases if phase.frames for each in listed)
         return list(dict.fromkeys(filter(None, said)))
 
     @property
