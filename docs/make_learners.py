@@ -205,7 +205,6 @@ def page(found: Mapping[str, StudyResult], measured: Mapping[str, Any]) -> str:
         "demands": {"table": demanded(cells)},
         "settings": {"table": elsewhere(cells)},
         "lost": {"text": never_lost(cells, measured)},
-        "tried": {},
         "again": {"table": cost(found)},
     }
     if "learners" in cells:
