@@ -70,6 +70,8 @@ def test_robot_time_is_said_first_unless_quiet(tmp_path: Path, capsys: pytest.Ca
     assert robot_time(paper()) == "Robot time: 304.3 minutes (phase 1, intact: 197.6; phase 2, damaged: 106.7)."
     ten = parse(["--minutes", "10"], paper(), "", "").description
     assert robot_time(ten) == "Robot time: 10 minutes (phase 1, intact: 6.5; phase 2, damaged: 3.5)."
+    one = parse(["--minutes", "1"], paper(), "", "").description
+    assert robot_time(one).startswith("Robot time: 1 minute (")
     assert main(["run", "paper", *QUICK, *SHORT, "--out", str(tmp_path / "loud")]) == 0
     assert capsys.readouterr().err.startswith("Robot time: 0.07 minutes (phase 1, intact: 0.05; phase 2")
     assert main(["run", "paper", *QUICK, *SHORT, "--quiet", "--out", str(tmp_path / "quiet")]) == 0

@@ -6,11 +6,11 @@ __all__ = ["BodyError", "Diverged"]
 
 
 class BodyError(ValueError):
-    """A body's description does not fit its model. The message names what is missing, and what there is."""
+    """A model and its anatomy do not fit each other. The message names what is missing, and what the model has."""
 
 
 class Diverged(RuntimeError):
     """The physics of a body became unstable. The message names the joint, the time, and what to try.
 
-    The body is as it was before the step that raised the error.
+    The body is then in the state that it had before the step that raised the error.
     """

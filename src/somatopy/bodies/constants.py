@@ -1,4 +1,4 @@
-"""What a model's constants say, carried over to the parts that are stepped in its place."""
+"""Copies the constants of a model, such as masses, to the parts that are stepped in its place."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ _FAR = 4096  # bytes
 
 
 def places(model: mujoco.MjModel, joints: Sequence[int], of: str) -> NDArray[np.int64]:
-    """Where joints stand in `qpos` (`of` is "qpos") or in `qvel` ("dof"), in their order."""
+    """Indices of joints, in their order: in `qpos` if `of` is "qpos", in `qvel` if it is "dof"."""
     starts = {"qpos": model.jnt_qposadr, "dof": model.jnt_dofadr}[of]
     ends = np.append(starts[1:], {"qpos": model.nq, "dof": model.nv}[of])
     return np.concatenate([np.arange(starts[k], ends[k]) for k in joints]).astype(np.int64)
 
 
 def saved(model: mujoco.MjModel) -> bytes:
-    """All that a model says, but the size of the pictures that were drawn of it."""
+    """All numbers of a model as bytes, except the size of pictures, which drawing changes."""
     model = copy(model)
     model.vis.global_.offwidth = model.vis.global_.offheight = 0
     content = np.empty(mujoco.mj_sizeModel(model), np.uint8)
@@ -39,12 +39,12 @@ def saved(model: mujoco.MjModel) -> bytes:
 
 
 class Constants:
-    """The constants of a part that are those of the whole model.
+    """Keeps those constants of a part equal that it shares with the whole model.
 
     Args:
         whole: the whole model.
-        part: the part's.
-        joints: which of the whole model's joints the part has, in its order.
+        part: the model of the part.
+        joints: indices of the part's joints in the whole model, in the order of the part.
     """
 
     def __init__(self, whole: mujoco.MjModel, part: mujoco.MjModel, joints: Sequence[int]) -> None:
@@ -65,11 +65,11 @@ class Constants:
 
     @property
     def sources(self) -> list[NDArray[Any]]:
-        """The arrays of the whole model that are carried over."""
+        """The arrays of the whole model that are copied."""
         return [_memory(self._options[0]), *(source for source, _, _ in self._shared)]
 
     def renew(self) -> bool:
-        """Carry over what has changed; whether anything has."""
+        """Copy what has changed in the whole model. Returns whether anything had."""
         changed = [(rows, source, mine) for source, rows, mine in self._shared if (source[rows] != mine).any()]
         for rows, source, mine in changed:
             mine[:] = source[rows]
@@ -108,10 +108,10 @@ def _renew_options(whole: Any, mine: Any) -> bool:
 
 
 class Watch:
-    """Notices that arrays have changed, by looking at the memory that they share.
+    """Notices that arrays have changed, by comparing the memory in which they lie.
 
     Args:
-        arrays: arrays of a model, which stand near each other in its memory.
+        arrays: arrays of one model. They lie near each other in memory.
     """
 
     def __init__(self, arrays: Sequence[NDArray[Any]]) -> None:
@@ -119,7 +119,7 @@ class Watch:
         self._seen = [span.copy() for span in self._spans]
 
     def changed(self) -> bool:
-        """Whether any byte is another one than when this was last asked."""
+        """Whether any byte has changed since the last call."""
         if all(_same(now, seen) for now, seen in zip(self._spans, self._seen, strict=True)):
             return False
         self._seen = [span.copy() for span in self._spans]

@@ -1,4 +1,4 @@
-"""Which shapes a part of a picture cannot show: they need not be drawn, and the picture stays the same."""
+"""Finds shapes that a part of a picture cannot show. Leaving them out of the drawing changes no pixel."""
 
 from __future__ import annotations
 
@@ -26,17 +26,21 @@ def mark_unseen(
     groups: NDArray[np.int32],
     group: int,
 ) -> None:
-    """Put into a group those shapes whose balls are wholly behind the camera or beside what it sees of the picture.
+    """Put shapes that a part of a picture cannot show into a group of their own.
+
+    Each shape lies in a ball. It cannot be seen if its ball is wholly behind the camera, or wholly outside of the
+    pyramid that the part of the picture shows.
 
     Args:
-        camera: position of the camera, shape (3,), m. It looks along its -z, its y points up.
+        camera: position of the camera, shape (3,), m. The camera looks along its -z axis, and its y axis points up.
         turn: rotation of the camera, row by row, shape (9,).
-        edges: tangents of the angles from its axis to left, top, right and bottom edge of the part; right
-            and down count as positive.
+        edges: tangents of the angles from the optical axis to the left, top, right and bottom edge of the part. Right
+            and down are positive.
         places: centre of the ball around each shape, shape (n, 3), m.
-        reaches: radius of each ball, shape (n,), m; 0 where there is none, as around an endless plane, which is kept.
-        groups: group of each shape, shape (n,); overwritten where it is unseen.
-        group: the group of what is unseen.
+        reaches: radius of each ball, shape (n,), m. A radius of 0 marks a shape without a ball, such as an endless
+            plane. It is never left out.
+        groups: group of each shape, shape (n,). Entries of unseen shapes are overwritten.
+        group: the group for unseen shapes.
 
     Example:
         >>> places, groups = np.array([[0, 0, -1.0], [0, 0, 1], [2, 0, -1], [1.1, 0, -1]]), np.zeros(4, np.int32)

@@ -1,7 +1,7 @@
-"""MuJoCo's functions, called from compiled code: a whole frame passes without Python between its physics steps.
+"""Calls MuJoCo's functions from compiled code, so that no Python runs between the physics steps of a frame.
 
-MuJoCo's Python package ships the library that it calls. Its functions are found there by name, and called with the
-addresses of model and data. Where a name cannot be found, `function` gives 0 and whoever asked calls through Python.
+MuJoCo's Python package contains MuJoCo's C library. The functions are looked up in that library by name, and called
+with the addresses of model and data. Where a name cannot be found, `function` returns 0, and the caller uses Python.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ __all__ = ["call", "function"]
 
 @cache
 def function(name: str) -> int:
-    """The address of MuJoCo's C function `name(model, data)`, or 0 where it cannot be found."""
+    """The address of MuJoCo's C function `name(model, data)`, or 0 if it cannot be found."""
     library = _library()
     found = getattr(library, name, None)
     return 0 if found is None else ctypes.cast(found, ctypes.c_void_p).value or 0

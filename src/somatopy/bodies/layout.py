@@ -1,4 +1,4 @@
-"""Where the joints of arm and head stand in a compiled model, and what limits them."""
+"""The places of the arm's and the head's joints in the arrays of a compiled model, and their limits."""
 
 from __future__ import annotations
 
@@ -31,11 +31,13 @@ Coupled = tuple[int, int, Floats, Floats, Floats]
 
 @dataclass(frozen=True, eq=False)
 class Rest:
-    """Position servos of joints that are neither arm nor head.
+    """Position servos of joints that belong neither to the arm nor to the head.
 
     Attributes:
-        servos: those with a set-point in `ctrl`: places there, where in `qpos` is what they hold, and gears, (k,) each.
-        ramps: those with a set-point in `act`, filtered or integrated from `ctrl`: the same, with places in `act`.
+        servos: servos whose set-point is in `ctrl`: three arrays of shape (k,), with the indices of the set-points in
+            `ctrl`, the indices in `qpos` of the positions that they hold, and the gears.
+        ramps: servos whose set-point is in `act`, where a filter or an integrator makes it from `ctrl`. The arrays are
+            the same, with indices in `act`.
     """
 
     servos: tuple[Ints, Ints, Floats]
@@ -43,14 +45,14 @@ class Rest:
 
     @classmethod
     def of(cls, model: mujoco.MjModel, moving: Sequence[int]) -> Self:
-        """Those of a model, whose joints `moving` have others to hold them."""
+        """The servos of a model that hold none of the joints in `moving`, which are those of arm and head."""
         found = [k for k in range(model.nu) if _is_servo(model, k) and model.actuator_trnid[k, 0] not in moving]
         kinds = model.actuator_dyntype[found]
         servos, ramps = (np.array(found, np.int64)[there] for there in (kinds != _INTEGRATED, kinds != _DIRECT))
         return cls(_held(model, servos, model.actuator_ctrladr), _held(model, ramps, model.actuator_actadr))
 
     def hold(self, data: mujoco.MjData) -> None:
-        """Set the set-points to where the joints are."""
+        """Set all set-points to the present positions of the joints."""
         for values, (there, places, gears) in ((data.ctrl, self.servos), (data.act, self.ramps)):
             values[there] = data.qpos[places] * gears
 
@@ -62,18 +64,18 @@ def _held(model: mujoco.MjModel, servos: Ints, addresses: Ints) -> tuple[Ints, I
 
 @dataclass(frozen=True, eq=False)
 class Layout:
-    """The joints of arm and head, in this order, in a compiled model.
+    """The joints of a compiled model that belong to arm and head, those of the arm first.
 
     Attributes:
         arm: names and limits of the arm's joints.
         head: names and limits of the head's joints.
-        places: where the n joints stand in `qpos`, shape (n,).
-        dofs: where they stand in `qvel`, shape (n,).
+        places: indices of the n joints in `qpos`, shape (n,).
+        dofs: indices of the n joints in `qvel`, shape (n,).
         lower: lower position limits, shape (n,), rad.
         upper: upper position limits, shape (n,), rad.
-        velocity: velocity limits, shape (n,), rad/s; 3 rad/s where nobody gives any, .5 m/s for slides.
-        coupling: how one head joint limits another, as `clip_targets` takes it.
-        rest: what the servos of all other joints need, to hold these where they are.
+        velocity: velocity limits, shape (n,), rad/s. Where none is given it is 3 rad/s, and 0.5 m/s for slides.
+        coupling: how one head joint limits another one, as `clip_targets` takes it.
+        rest: the servos of all other joints, which hold these where they are.
     """
 
     arm: JointGroup
@@ -91,8 +93,8 @@ class Layout:
         """The layout of an anatomy's joints in its model.
 
         Raises:
-            BodyError: a joint is neither hinge nor slide or has no limits, or joints that limit each other leave
-                nothing free.
+            BodyError: a joint is neither hinge nor slide, or has no limits. Or joints that limit each other leave no
+                posture.
         """
         arm, head = (_group(model, anatomy, group) for group in (anatomy.arm, anatomy.head))
         lower, upper, velocity = (
@@ -112,10 +114,10 @@ class Layout:
         )
 
     def ranges(self, anatomy: Anatomy) -> dict[str, Floats]:
-        """Babbling ranges by name, shape (n_arm, 2): the joint limits, and those of the anatomy.
+        """Babbling ranges by name, shape (n_arm, 2), rad: the joint limits, and the ranges of the anatomy.
 
-        The presets' ranges "confined" and "wide" are always there. A robot without a wide one has its confined one in
-        its place, and one without that its joint limits.
+        The ranges "confined" and "wide", in which presets babble, always exist. If the anatomy has no wide range, the
+        confined one takes its place. If it has no confined range, the joint limits do.
         """
         limits = self.arm.space.limits
         own = {name: _up_to(limits, np.array(range_)) for name, range_ in anatomy.ranges.items()}

@@ -1,4 +1,4 @@
-"""Limits of position, velocity and of joints that limit each other: legal set-points, joints held inside."""
+"""Keeps set-points and joints inside their limits: of position, of velocity, and those between two joints."""
 
 from __future__ import annotations
 
@@ -50,17 +50,17 @@ def _highest_lower(a: float, b: float, at: Floats, values: Floats) -> float:
 def clip_targets(
     target: Floats, lower: Floats, upper: Floats, limited: int, by: int, at: Floats, low: Floats, high: Floats
 ) -> None:
-    """Clip `target` in place to the position limits, and joint `limited` to its limits at joint `by`'s angle.
+    """Clip `target` in place to the position limits, and joint `limited` also to its limits at the angle of `by`.
 
     Args:
         target: joint targets, shape (n,), rad.
         lower: lower position limits, shape (n,), rad.
         upper: upper position limits, shape (n,), rad.
-        limited: index of the coupled joint; -1 for none.
-        by: index of the joint that limits it.
-        at: angles of joint `by`, increasing, shape (m,), rad.
-        low: lower limits of the coupled joint at those angles, shape (m,), rad.
-        high: upper limits there, shape (m,), rad.
+        limited: index of the joint whose limits depend on another joint. -1 if there is none.
+        by: index of that other joint.
+        at: increasing angles of joint `by`, shape (m,), rad.
+        low: lower limits of joint `limited` at these angles, shape (m,), rad.
+        high: upper limits of joint `limited` at these angles, shape (m,), rad.
     """
     for k in range(target.size):
         target[k] = min(max(target[k], lower[k]), upper[k])
@@ -81,14 +81,14 @@ def advance_setpoints(
     low: Floats,
     high: Floats,
 ) -> None:
-    """Move `setpoint` in place towards clipped targets, at most `stride` a joint.
+    """Move `setpoint` in place towards clipped targets, each joint by at most `stride`.
 
-    A joint that limits another moves only through angles at which the other, where it is now and where it is told
-    to be, is inside its limits; the other heads for what the whole way allows. So the pair stays legal on the way,
-    not only at its ends.
+    If one joint limits another, it moves only through angles at which the other one is inside its limits, both where it
+    is and where its set-point is. The other one moves towards the position that is legal on the whole way. So the pair
+    is legal all the way, and not only at its ends.
 
     Args:
-        setpoint: set-points of the frame before, shape (n,), rad; overwritten.
+        setpoint: set-points of the frame before, shape (n,), rad. They are overwritten.
         sensed: sensed posture, shape (n,), rad.
         target: targets that `clip_targets` has clipped, shape (n,), rad.
         stride: largest change of each set-point in this frame, shape (n,), rad.
@@ -144,13 +144,13 @@ def aim(
     low: Floats,
     high: Floats,
 ) -> bool:
-    """Take over targets, clipped to all limits, and move the set-points towards them for one frame.
+    """Clip targets to all limits, and move the set-points towards them for one frame.
 
     Args:
         arm: targets of the arm, shape (n_arm,), rad.
         head: targets of the head, shape (n_head,), rad.
-        target: targets of both, shape (n,), rad; overwritten.
-        setpoint: as in `advance_setpoints`, as are the two that follow; overwritten.
+        target: clipped targets of both, shape (n,), rad. They are overwritten.
+        setpoint: as in `advance_setpoints`, as are the two that follow. It is overwritten.
         sensed: see there.
         stride: see there.
         lower: as in `clip_targets`, as are the six that follow.
@@ -162,7 +162,7 @@ def aim(
         high: see there.
 
     Returns:
-        Whether all targets are finite; if one is not, nothing has changed.
+        Whether all targets are finite. If one is not, nothing changes.
     """
     if not (np.isfinite(arm).all() and np.isfinite(head).all()):
         return False
@@ -183,16 +183,16 @@ def hold_inside(
     velocity: Floats,
     duration: float,
 ) -> None:
-    """Take back in place what one physics step did beyond position and velocity limits.
+    """Move joints back in place that one physics step has taken beyond their position or velocity limits.
 
-    The joints' ends are stops without bounce and the gears turn no faster than their limit, whatever shakes them: a
-    saturated servo, or the joints beside it. Only takes motion out, never adds any.
+    The ends of a joint are stops without bounce, and its gear turns no faster than its limit, even if a saturated servo
+    or a neighbouring joint shakes it. This removes motion, and never adds any.
 
     Args:
-        qpos: generalised positions, overwritten.
-        qvel: generalised velocities, overwritten.
-        places: where the n joints stand in `qpos`.
-        dofs: where they stand in `qvel`.
+        qpos: generalised positions. They are overwritten.
+        qvel: generalised velocities. They are overwritten.
+        places: indices of the n joints in `qpos`.
+        dofs: indices of the n joints in `qvel`.
         lower: lower position limits, shape (n,).
         upper: upper position limits, shape (n,).
         velocity: velocity limits, shape (n,).

@@ -1,4 +1,4 @@
-"""The cube of tags as MuJoCo shape: a mesh with texture coordinates and an atlas of ArUco tags."""
+"""The cube of tags as a shape of MuJoCo: a mesh with texture coordinates, and an atlas of ArUco tags as its texture."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _CELLS = 6  # a 4x4 tag with its black border
 
 
 def tag_atlas(marker: Marker) -> Image:
-    """The four faces of the cube side by side, shape (face, 4 face, 3)."""
+    """The picture of the four faces with tags side by side, RGB, shape (face, 4 face, 3), with `face` px for each."""
     tag = _CELL * _CELLS
     face = round(tag * marker.size / marker.tag_size)
     dictionary = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, marker.dictionary))
@@ -49,7 +49,17 @@ def _texture_coordinates() -> Floats:
 
 
 def add_marker(spec: mujoco.MjSpec, body: str, position: Floats, axis: Floats, marker: Marker) -> None:
-    """Fix the massless, untouchable cube to `body`, and a site of the same pose named `SITE`."""
+    """Fix the cube to a body of a spec, with a site of the same pose, named `SITE`.
+
+    The cube has no mass, and nothing can touch it.
+
+    Args:
+        spec: the spec. It is changed.
+        body: name of the body.
+        position: the cube's centre in the body's frame, shape (3,), m.
+        axis: direction of the cube's axis in that frame, shape (3,).
+        marker: the cube.
+    """
     atlas = tag_atlas(marker)
     texture = spec.add_texture(
         name=SITE, type=mujoco.mjtTexture.mjTEXTURE_2D, width=atlas.shape[1], height=atlas.shape[0], nchannel=3

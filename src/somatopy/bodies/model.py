@@ -29,19 +29,19 @@ _FOLLOWING = mujoco.mjtDyn.mjDYN_NONE, mujoco.mjtDyn.mjDYN_FILTER, mujoco.mjtDyn
 
 @dataclass(frozen=True)
 class Build:
-    """A compiled model, with the names and settings that a body needs to find its way in it.
+    """A compiled model, with the names and settings that a body needs.
 
     Attributes:
-        model: the model; its step divides a frame.
-        parts: what is stepped in its place: a model of the arm and one of the head, with what belongs to them, or the
-            model itself where they cannot be parted; none in kinematic motion.
-        substeps: physics steps in a frame.
-        servos: names of the servos that ramp, in the order of arm and head joints; none in kinematic motion.
-        calls_directly: whether MuJoCo's functions may be called from compiled code. Not so where the model says how
-            much memory it takes: where that is too little, MuJoCo ends the process, unless it was called from Python.
-        arm_solids: names of the arm's geoms that can touch.
-        head_solids: the same of the head.
-        home: the keyframe in which the robot starts; None for the model's reference posture.
+        model: the model. A frame is a whole number of its physics steps.
+        parts: the models that are stepped. They are one of the arm and one of the head, or the whole model if these
+            cannot be separated. Kinematic motion has none.
+        substeps: number of physics steps in a frame.
+        servos: names of the servos of arm and head, in the order of the joints. Kinematic motion has none.
+        calls_directly: whether MuJoCo's functions may be called from compiled code. They may not if the model fixes how
+            much memory it uses. If that is too little, MuJoCo ends the process, unless it was called from Python.
+        arm_solids: names of the arm's geoms that can touch something.
+        head_solids: names of the head's geoms that can touch something.
+        home: the keyframe in which the robot starts. None for the model's reference posture.
     """
 
     model: mujoco.MjModel
@@ -58,10 +58,10 @@ def build(anatomy: Anatomy, marker: Marker, servos: bool, fovy: float | None = N
     """Compile the anatomy's model.
 
     Args:
-        anatomy: names the model's file and its parts.
-        marker: the cube to put on the hand.
-        servos: whether the joints are to be driven by the model's position servos.
-        fovy: vertical field of view of the anatomy's camera, degrees; the model's where None.
+        anatomy: the anatomy, which names the model's file and its parts.
+        marker: the cube of tags for the hand.
+        servos: whether the model's position servos drive the joints.
+        fovy: vertical field of view of the anatomy's camera, degrees. With None it is that of the model.
 
     Raises:
         BodyError: the file is missing or broken, or lacks something that the anatomy names.

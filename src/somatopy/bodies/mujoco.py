@@ -65,8 +65,8 @@ class MujocoBody(Alterations):
         arm_moves_alone: whether nothing couples arm and head, so that the arm moves the same to the last bit whatever
             the head does.
         ranges: babbling ranges by name, shape (n_arm, 2), rad. They are those of the anatomy, and "mechanical", the
-            joint limits. Presets babble in "confined" and "wide". If the anatomy has no wide range, the confined one
-            takes its place, and if it has none of that, the joint limits do.
+            joint limits. Presets babble in "confined" or in "wide". If the anatomy has no wide range, the confined one
+            takes its place. If it has no confined range, the joint limits do.
         model: the compiled MuJoCo model.
         data: the model's state. If arm and head are stepped apart, its joint positions and poses are up to date, and
             its velocities and forces are not. Writing into it then moves nothing: change the model instead.

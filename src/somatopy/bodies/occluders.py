@@ -19,18 +19,18 @@ _SEEN_THROUGH = 0.62  # opacity up to which the detector reads a tag behind a sh
 
 
 class Occluders:
-    """The shapes of a model that can hide the marker: those that are drawn, finite and not transparent.
+    """The shapes of a model that can hide the marker: those that are drawn, finite and opaque.
 
-    A mesh counts as its box if it fills that, and else as the ellipsoid inside. Height fields, signed distance fields,
-    skins, flexible bodies and tendons count as nothing.
+    A mesh is replaced by its bounding box if it fills the box, and else by the ellipsoid in the box. Height fields,
+    signed distance fields, skins, flexible bodies and tendons are ignored.
 
     Args:
         model: the compiled model.
 
     Attributes:
         shapes: kinds and sizes.
-        geoms: which of the model's geoms they are, shape (n,).
-        offsets: where their centres are in the geoms' frames, shape (n, 3), m.
+        geoms: indices of the shapes among the model's geoms, shape (n,).
+        offsets: centres of the shapes in the frames of the geoms, shape (n, 3), m.
     """
 
     def __init__(self, model: mujoco.MjModel) -> None:

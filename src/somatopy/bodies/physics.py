@@ -1,4 +1,4 @@
-"""The physics of a frame: servos follow set-points that move at constant speed, and joints keep their limits."""
+"""The physics of a frame: servos follow set-points that move at constant speed, and joints stay inside their limits."""
 
 from __future__ import annotations
 
@@ -26,19 +26,19 @@ _FIRST_BAD = int(_BAD.mjWARN_BADQPOS)  # this warning and all after it are of va
 
 
 class Physics:
-    """Lets some joints of a model move by physics: all of them, or those of a part that nothing couples to the rest.
+    """Moves the joints of a part of a model by physics. The part is the whole model, or nothing couples it to the rest.
 
     Args:
         built: the model.
-        part: what is stepped: one of its parts.
-        whole: the state of the whole model; its arrays are looked up once and for all.
+        part: the part that is stepped.
+        whole: the state of the whole model. References to its arrays are kept.
         layout: the joints of arm and head.
 
     Attributes:
-        model: what is stepped.
-        members: which of the joints of arm and head it has, in their order; a slice of vectors of shape (n,).
-        constants: those that are the whole model's; None if it is stepped itself.
-        size: length of its state.
+        model: the model of the part.
+        members: which joints of arm and head the part has, as a slice of vectors of shape (n,).
+        constants: keeps the part's constants equal to those of the whole model. None if the part is the whole model.
+        size: length of the part's state.
     """
 
     def __init__(self, built: Build, part: mujoco.MjModel, whole: mujoco.MjData, layout: Layout) -> None:
@@ -71,7 +71,7 @@ class Physics:
         self._acting = _acting(built.model, whole), _acting(self.model, range(self.model.nu))
 
     def begin(self, setpoint: Floats) -> None:
-        """Start where the whole model is, at rest, with the servos of arm and head at a set-point, shape (n,), rad."""
+        """Start at rest in the posture of the whole model. The servos' set-points have the shape (n,), rad."""
         if self._data is not self._whole:
             mujoco.mj_resetData(self.model, self._data)
             self._data.qpos[:], self._data.qvel[:] = self._whole.qpos[self._there[0]], self._whole.qvel[self._there[1]]
@@ -86,21 +86,21 @@ class Physics:
         self._data.act[self._ramps] = posture[self.members]
 
     def show(self) -> None:
-        """Bring the whole model's joints to where those of this part are."""
+        """Copy the positions of this part's joints to the whole model."""
         if self._data is not self._whole:
             _show(self._data.qpos, self._data.qvel, self._whole.qpos, self._whole.qvel, *self._there)
 
     def show_at(self, places: Floats) -> None:
-        """Bring the whole model's joints to where `places` says that those of this part are."""
+        """Put this part's joints in the whole model at positions that `places` has returned."""
         self._whole.qpos[self._there[0]] = places
 
     @property
     def places(self) -> Floats:
-        """Positions of all its joints."""
+        """The positions of all joints of the part."""
         return np.array(self._data.qpos)
 
     def state(self) -> Floats:
-        """All that a bit-exact continuation needs, shape (size,)."""
+        """Everything that is needed to continue bit for bit, shape (size,)."""
         state = np.empty(self.size)
         mujoco.mj_getState(self.model, self._data, state, _ALL)
         return state
@@ -110,18 +110,23 @@ class Physics:
         mujoco.mj_setState(self.model, self._data, state, _ALL)
 
     def mark(self) -> None:
-        """Remember the state, for `back`."""
+        """Remember the present state for `back`."""
         mujoco.mj_getState(self.model, self._data, self._marked, _ALL)
 
     def back(self) -> None:
-        """Be as it was when it was marked."""
+        """Return to the state at the last `mark`."""
         self.restore(self._marked)
 
     def follow(self, before: Floats, after: Floats, now: float) -> None:
-        """Let one frame pass, from time `now` (s) on, while set-points ramp from `before` to `after`, each (n,), rad.
+        """Let one frame pass, in which set-points move at constant speed.
+
+        Args:
+            before: set-points at the start of the frame, shape (n,), rad.
+            after: set-points at its end, shape (n,), rad.
+            now: time at its start, s.
 
         Raises:
-            Diverged: a position, velocity or acceleration is not finite, or huge. MuJoCo has reset the state.
+            Diverged: a position, velocity or acceleration is huge or not finite. MuJoCo has then reset the state.
         """
         _ramp(before[self.members], after[self.members], *self._commands)
         joints = (*self._joints, self.model.opt.timestep)

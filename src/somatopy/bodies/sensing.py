@@ -21,13 +21,13 @@ _OF_MASS = (2, 4)  # MuJoCo's modes of cameras and lights that follow a centre o
 
 
 class Sensing:
-    """Where one state of a model has its camera, marker and occluders, and its arm and head.
+    """Reads the poses of camera, marker and occluders from a state of a model.
 
     Args:
         built: the model.
-        data: its state; its arrays are looked up once and for all.
+        data: the state. References to its arrays are kept.
         camera: name of the camera.
-        occluders: the model's.
+        occluders: the shapes that can hide the marker.
     """
 
     def __init__(self, built: Build, data: mujoco.MjData, camera: str, occluders: Occluders) -> None:
@@ -63,7 +63,7 @@ class Sensing:
         self._side[self._solids[0]], self._side[self._solids[1]] = 1, 2
 
     def view(self) -> View:
-        """Bring the poses up to the joints' positions, and read them."""
+        """Compute the poses from the positions of the joints, and read them."""
         if not len(self._functions):
             for refresh in self._refreshing:
                 refresh(self._built.model, self._data)
@@ -72,7 +72,7 @@ class Sensing:
         return View(poses[0], poses[1], poses[2:])
 
     def overlap(self) -> bool:
-        """Whether arm and head interpenetrate, as `view` has brought up the poses."""
+        """Whether arm and head interpenetrate, by the poses that `view` has computed."""
         if not self._near:
             return False
         mujoco.mj_collision(self._built.model, self._data)

@@ -94,7 +94,8 @@ def robot_time(description: Description) -> str:
     """
     lengths = [_minutes(phase.frames) for phase in description.phases]
     parts = [f"phase {k}, {p.name}: {m}" for k, (p, m) in enumerate(zip(description.phases, lengths, strict=True), 1)]
-    return f"Robot time: {_minutes(description.frames)} minutes ({'; '.join(parts)})."
+    whole = _minutes(description.frames)
+    return f"Robot time: {whole} minute{'' if whole == '1' else 's'} ({'; '.join(parts)})."
 
 
 def _minutes(frames: int) -> str:
