@@ -93,8 +93,8 @@ def test_run_refuses_a_used_folder(tiny: Description, tmp_path: Path) -> None:
 
 def test_run_refuses_a_description_that_does_not_fit_before_it_writes(tiny: Description, tmp_path: Path) -> None:
     """No folder appears for an experiment that cannot be run."""
-    with pytest.raises(DescriptionError, match=r"babbling: range 'wide' is unknown"):
-        somatopy.run(tiny.replaced(babbling={"range": "wide"}), tmp_path / "out")
+    with pytest.raises(DescriptionError, match=r"babbling: range 'broad' is unknown"):
+        somatopy.run(tiny.replaced(babbling={"range": "broad"}), tmp_path / "out")
     assert not (tmp_path / "out").exists()
 
 
@@ -670,7 +670,7 @@ def test_bodies_are_closed_on_an_error(
         lambda: fork(trained, other.replaced(seed=3)),
         lambda: somatopy.run(tiny, trained),
         lambda: resume(mangled(trained, tmp_path / "mangled")),
-        lambda: somatopy.run(tiny.replaced(eye="fiducial", babbling={"range": "wide"}), tmp_path / "new"),
+        lambda: somatopy.run(tiny.replaced(eye="fiducial", babbling={"range": "broad"}), tmp_path / "new"),
     ):
         with pytest.raises(DescriptionError):
             call()

@@ -36,7 +36,7 @@ def test_json_is_one_object_with_every_choice(capsys: pytest.CaptureFixture[str]
     assert set(table) == set(CHOICES)
     for title, names in CHOICES.items():
         assert set(table[title]) == names and all(table[title].values())
-    assert table["babbling ranges"]["nao"] == "mechanical, confined"
+    assert table["babbling ranges"]["nao"] == "mechanical, confined, wide"
     assert err == "" and out.count("\n") == 1
 
 

@@ -125,7 +125,7 @@ def test_every_verb_has_help_with_an_example(verb: str, capsys: pytest.CaptureFi
         (["run", "paper", "--damage", "rust"], ["'rust'", "none, paper or offset:a,b,c,d"]),
         (["run", "paper", "--damage", "offset:1,2"], ["2 offsets", "4 joints: LShoulderPitch"]),
         (["run", "paper", "--learner", "fixed", "--learner.head", "0", "9"], ["HeadPitch = 9", "limits ["]),
-        (["run", "paper", "--babbling.range", "wide"], ["babbling: range 'wide'", "mechanical, confined"]),
+        (["run", "paper", "--babbling.range", "broad"], ["babbling: range 'broad'", "mechanical, confined, wide"]),
         (
             ["run", "paper", "--babbling.range", *["0", "9", "0", "1", "0", "1", "-1", "-.5"]],
             ["[0, 9] of LShoulderPitch", "limits ["],

@@ -106,7 +106,7 @@ def test_the_context_hands_over_what_is_built_by_then(short: Short, body: Mujoco
 @pytest.mark.parametrize(
     ("tables", "message"),
     [
-        ({"babbling": {"range": "wide"}}, r"babbling: range 'wide' .*choose one of mechanical, confined"),
+        ({"babbling": {"range": "broad"}}, r"babbling: range 'broad' .*choose one of mechanical, confined, wide"),
         ({"babbling": {"range": [[0, 1]]}}, r"babbling: .*LShoulderPitch.*LElbowRoll.*shape is \(1, 2\)"),
         (
             {"babbling": {"range": [[0, 1], [0, 1], [0, 9], [-1, -0.5]]}},
