@@ -332,7 +332,7 @@ def whole_table(result: StudyResult) -> str:
         [entry.learner, entry.damage, *(" ".join(filter(None, cell)) for cell in entry.cells)]
         for entry in table.entries
     ]
-    return rows(head, body) + "\n\n" + " ".join(table.legend)
+    return rows(head, body) + "\n\n" + " ".join(table.legend).replace("below it", "beside it")
 
 
 def references(measured: Mapping[str, Any], where: str, damage: str) -> BySeed:
