@@ -29,7 +29,7 @@ TUTORIAL = f"{IN}mkdir -p tutorials && cd tutorials && python ../examples/tutori
 #: What is typed, and what a reader would want to know of it.
 STEPS = (
     ("python3 -m venv .venv", "A virtual environment of its own."),
-    ('.venv/bin/pip install --quiet ".[all]"', "somatopy with all that a reader needs."),
+    ('.venv/bin/pip install ".[all]"', "somatopy with all that a reader needs."),
     (f"{IN}somatopy list", "Which experiments and which parts there are."),
     (f"{IN}somatopy demo --out runs/demo", "The student: see a robot learn."),
     (
@@ -64,6 +64,7 @@ def _step(command: str, text: str, folder: Path, shown: str | None = None) -> st
     print(f"$ {command}", flush=True)
     began = time.monotonic()
     clean = {key: value for key, value in os.environ.items() if key not in ("PYTHONPATH", "VIRTUAL_ENV")}
+    clean["PIP_QUIET"] = "3"  # what pip says depends on the machine
     done = subprocess.run(
         command,
         shell=True,
