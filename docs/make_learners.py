@@ -407,7 +407,8 @@ def never_lost(cells: Mapping[str, Cells], measured: Mapping[str, Any]) -> str:
         looked, lost = lost_cells(cells[name], measured)
         physics = "with physics" if name == "learners-damages" else "without physics"
         count = sum(map(len, lost.values()))
-        said.append(f"Of {looked:,} damaged runs of `best` in `{name}` ({physics}) {count or 'none'} are lost.")
+        number = f"{count} is" if count == 1 else f"{count or 'none'} are"
+        said.append(f"Of {looked:,} damaged runs of `best` in `{name}` ({physics}) {number} lost.")
         if lost:
             body = [
                 [where, damage, f"{len(those)}", ", ".join(f"{seed}: {share:.0f}" for seed, share in those.items())]
