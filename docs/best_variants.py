@@ -18,9 +18,10 @@ from typing_extensions import Doc
 from somatopy.learners import BestLearner
 from somatopy.learners.best.calibration import GAIN_AGE, GAIN_RATE
 from somatopy.learners.best.directions import NEAREST, active, direction, dual_of, powers
+from somatopy.learners.best.forgetting import voices
 from somatopy.learners.best.frame import choose
-from somatopy.learners.best.memory import HITS, SURPRISE, TURNS, UNITS, Memory
-from somatopy.learners.best.schema import PULL, is_lost
+from somatopy.learners.best.memory import HITS, LASTING, SURPRISE, TURNS, UNITS, Memory
+from somatopy.learners.best.schema import PULL, is_lost, trust_of
 from somatopy.learners.best.visibility import KEPT, in_reach, learn_visibility
 from somatopy.percept import Floats, Percept, Robot, Sighting
 
@@ -59,6 +60,7 @@ class Varied(BestLearner):
         centring: Annotated[bool, Doc("Whether it looks at the hand's direction, and learns no visibility.")] = False,
         alike: Annotated[bool, Doc("Whether the monomials of B and F learn without the metric M.")] = False,
         steady: Annotated[bool, Doc("Whether the pixel gain learns at its last rate from the first on.")] = False,
+        steadfast: Annotated[bool, Doc("Whether it goes on trusting the schema in a surprise that lasts.")] = False,
         ajar: Annotated[bool, Doc("Whether misses beyond the sheet teach visibility, too.")] = False,
     ) -> None:
         super().__init__(robot, rng)
@@ -73,7 +75,7 @@ class Varied(BestLearner):
             "recent": strokes * learns,
         }
         self._misses, self._schema, self._ahead, self._ajar = misses, (step, pull), ahead, ajar
-        self._alike, self._steady = alike, steady
+        self._alike, self._steady, self._steadfast = alike, steady, steadfast
         changed = {name for name, factor in self._factors.items() if factor != 1.0 or misses != 1.0}
         self._kept = sorted(changed | {"numbers", "shift", "home", "drift", "reach", "gain", "metric"})
         self._bowl = bowl(self._memory) if centring else None
@@ -112,6 +114,8 @@ class Varied(BestLearner):
         if self._steady:
             rate = max(GAIN_RATE, 1.0 / (1.0 + before.numbers[TURNS] / GAIN_AGE))
             memory.gain[:] = before.gain + GAIN_RATE / rate * (memory.gain - before.gain)
+        if self._steadfast:
+            memory.numbers[LASTING] = 0.0
         if self._bowl is not None:
             memory.sheet[:] = self._bowl
         if self._schema != (1.0, 1.0) and "schema" in self.plastic:
@@ -142,12 +146,13 @@ class Varied(BestLearner):
         powers(x, phi)
         dual = np.empty(phi.size)
         dual_of(memory, phi, dual)
-        direction(memory, phi, index, share, found, expected)
+        voice = voices(memory, index, share, found)
+        direction(memory, phi, index, voice, found, expected)
         offset = percept.head - expected - before.drift
         if not in_reach(memory, offset):
             flags = "visibility" in self.plastic, "memory" in self.plastic
-            trust = 1.0 - before.numbers[SURPRISE]
-            learn_visibility(memory, offset, False, trust, *flags, phi, dual, index, share, found)
+            trust = trust_of(before.numbers)
+            learn_visibility(memory, offset, False, trust, *flags, phi, dual, index, share, voice, found)
 
     def gaze(self, percept: Percept) -> Floats:
         """The gaze that `observe` chose; a random head posture before the first hit."""

@@ -7,7 +7,16 @@ import math
 import numpy as np
 
 from somatopy._jit import jit, jit_inlined
-from somatopy.learners.best.memory import FRAMES, METRIC_MOST, MOST_UNITS, UNITS, UNUSED, Memory, spacing
+from somatopy.learners.best.memory import (
+    FORGOTTEN,
+    FRAMES,
+    METRIC_MOST,
+    MOST_UNITS,
+    UNITS,
+    UNUSED,
+    Memory,
+    spacing,
+)
 from somatopy.percept import Floats, Ints
 
 __all__ = ["NEAREST", "active", "direction", "dual_of", "find_or_add", "learn_direction", "powers", "powers_turned"]
@@ -72,6 +81,7 @@ def find_or_add(memory: Memory, x: Floats, may_add: bool, index: Ints, share: Fl
         place = count if count < MOST_UNITS else _longest_unused(memory)
         if place >= 0:
             memory.units[place], memory.turns[place], memory.fields[place] = x, 0.0, 0.0
+            memory.faded[place] = numbers[FORGOTTEN]
             numbers[UNITS] = max(count, place + 1)
             found = active(memory.units, int(numbers[UNITS]), x, index, share)
     if found:

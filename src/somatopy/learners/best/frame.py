@@ -21,8 +21,9 @@ from somatopy.learners.best.directions import (
     learn_direction,
     powers,
 )
+from somatopy.learners.best.forgetting import forget, voices
 from somatopy.learners.best.memory import HITS, SURPRISE, TURNS, UNITS, Memory, opened
-from somatopy.learners.best.schema import count_sight, is_lost, move_schema, pull_schema, surprise
+from somatopy.learners.best.schema import count_sight, is_lost, move_schema, pull_schema, surprise, trust_of
 from somatopy.learners.best.visibility import evidence, fade, fit_sheet, in_reach, is_due, learn_visibility
 from somatopy.percept import Floats, Ints
 
@@ -68,14 +69,17 @@ def live(
     if learns[CALIBRATION]:
         _calibrate(memory, x, head, command, pixel, aspect)
     kappa = numbers[SURPRISE]
-    trust = 1.0 - kappa
+    trust = trust_of(numbers)
     index, share = np.empty(NEAREST, np.int64), np.empty(NEAREST)
-    found = find_or_add(memory, x, learns[DIRECTIONS] and kappa < 0.5, index, share)
+    found = find_or_add(memory, x, learns[DIRECTIONS] and trust > 0.5, index, share)
+    if learns[DIRECTIONS] and learns[VISIBILITY]:
+        forget(memory, index, found)
+    voice = voices(memory, index, share, found)
     phi, expected = np.empty(memory.plane.shape[1]), np.empty(m)
     powers(x, phi)
     dual = np.empty(phi.size)
     length = dual_of(memory, phi, dual)
-    direction(memory, phi, index, share, found, expected)
+    direction(memory, phi, index, voice, found, expected)
     count_sight(numbers, hit)
     wrong = 1.0 if is_lost(numbers) else kappa
     offset, error, step = head - expected - memory.drift, np.full(m, np.nan), np.zeros(n)
@@ -98,7 +102,7 @@ def live(
     fade(memory)
     if numbers[HITS] > 0.0 and in_reach(memory, offset):
         flags = learns[VISIBILITY], learns[MEMORY]
-        learn_visibility(memory, offset, hit, trust, *flags, phi, dual, index, share, found)
+        learn_visibility(memory, offset, hit, trust, *flags, phi, dual, index, share, voice, found)
     memory.felt[0], memory.felt[1], memory.head[:], memory.pixel[:] = x, goal, head, pixel
     size = 0.0
     for k in range(m):
@@ -202,6 +206,7 @@ def _expected(memory: Memory, x: Floats, recent: bool, drift: bool, centre: Floa
     index, share = np.empty(NEAREST, np.int64), np.empty(NEAREST)
     count = int(memory.numbers[UNITS])
     found = active(memory.units, count, x, index, share) if count else 0
+    share = voices(memory, index, share, found)
     phi = np.empty(memory.plane.shape[1])
     powers(x, phi)
     direction(memory, phi, index, share, found, centre)

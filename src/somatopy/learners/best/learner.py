@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from somatopy.learners.base import Plastic
 from somatopy.learners.best.frame import PARTS, believe, choose, expect, live_and_choose
-from somatopy.learners.best.memory import HITS, SURPRISE, UNITS, Memory, fresh, opened, packed
+from somatopy.learners.best.memory import FORGOTTEN, HITS, SURPRISE, UNITS, Memory, fresh, opened, packed
 from somatopy.percept import Column, Floats, Percept, Robot
 
 __all__ = ["BestLearner"]
@@ -164,7 +164,9 @@ class BestLearner(Plastic):
     def maps(self) -> dict[str, Any]:
         """The units in use with what they say, the polynomial, the sheet, the pixel gain and the schema."""
         count, memory = int(self._memory.numbers[UNITS]), self._memory
-        own = {name: getattr(memory, name)[:count].copy() for name in ("units", "turns", "fields")}
+        kept = np.exp(memory.faded[:count, None] - memory.numbers[FORGOTTEN])
+        own = {"units": memory.units[:count].copy()}
+        own |= {name: getattr(memory, name)[:count] * kept for name in ("turns", "fields")}
         rest = ("plane", "metric", "common", "sheet", "recent", "shape", "reach", "gain", "shift", "bias")
         return own | {name: getattr(memory, name).copy() for name in rest}
 

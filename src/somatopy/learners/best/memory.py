@@ -25,9 +25,10 @@ REACH_IN_SCALES = 1.5
 BIN = 0.1
 
 #: Where single numbers stand in `Memory.numbers`: units in use; frames and hits so far; kappa_e; fast and slow average
-#: of the error of direction; fast and slow average of hits; movements from which the pixel gain learned.
-UNITS, FRAMES, HITS, SURPRISE, FAST_ERROR, SLOW_ERROR, FAST_SIGHT, SLOW_SIGHT, TURNS = range(9)
-NUMBERS = 9
+#: of the error of direction; fast and slow average of hits; movements from which the pixel gain learned; lambda, the
+#: average of kappa_e; and how much has been forgotten in all.
+UNITS, FRAMES, HITS, SURPRISE, FAST_ERROR, SLOW_ERROR, FAST_SIGHT, SLOW_SIGHT, TURNS, LASTING, FORGOTTEN = range(11)
+NUMBERS = 11
 
 
 class Memory(NamedTuple):
@@ -51,6 +52,7 @@ class Memory(NamedTuple):
         turns: b, of the units' part of the direction, shape (U, m), rad.
         fields: w, what of visibility is each unit's own, shape (U, P).
         common: F, what of visibility changes smoothly with the posture, shape (Q, P).
+        faded: how much had been forgotten in all when b and w of each unit were put right for it, shape (U,).
         used: frame in which each unit was nearest for the last time, shape (U,).
         sheet: f, what of visibility all postures share, shape (s,), the cells of `shape` row by row.
         recent: E, what was just seen and missed, shape (s,).
@@ -82,6 +84,7 @@ class Memory(NamedTuple):
     turns: Floats
     fields: Floats
     common: Floats
+    faded: Floats
     used: Ints
     sheet: Floats
     recent: Floats
@@ -136,6 +139,7 @@ def fresh(robot: Robot) -> Memory:
         turns=np.zeros((MOST_UNITS, m)),
         fields=np.zeros((MOST_UNITS, _monomials(m))),
         common=np.zeros((_monomials(n), _monomials(m))),
+        faded=np.zeros(MOST_UNITS),
         used=np.zeros(MOST_UNITS, np.int64),
         sheet=np.zeros(int(np.prod(shape))),
         recent=np.zeros(int(np.prod(shape))),
@@ -151,7 +155,7 @@ def fresh(robot: Robot) -> Memory:
 
 
 def packed(memory: Memory) -> tuple[Floats, Ints]:
-    """All floats and all integers of a memory, each in one array: two are handed to a kernel sooner than 28.
+    """All floats and all integers of a memory, each in one array: two are handed to a kernel sooner than 29.
 
     Returns:
         The arrays of floats in the order of `Memory`; n, m, the bins of `ends`, then `shape` and `used`.
@@ -187,6 +191,7 @@ def opened(floats: Floats, ints: Ints) -> Memory:
     turns, at = _next(floats, at, MOST_UNITS * m)
     fields, at = _next(floats, at, MOST_UNITS * monomials)
     common, at = _next(floats, at, terms * monomials)
+    faded, at = _next(floats, at, MOST_UNITS)
     sheet, at = _next(floats, at, cells)
     recent, at = _next(floats, at, cells)
     reach, at = _next(floats, at, m)
@@ -214,6 +219,7 @@ def opened(floats: Floats, ints: Ints) -> Memory:
         turns.reshape(MOST_UNITS, m),
         fields.reshape(MOST_UNITS, monomials),
         common.reshape(terms, monomials),
+        faded,
         used,
         sheet,
         recent,

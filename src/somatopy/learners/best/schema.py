@@ -13,6 +13,7 @@ from somatopy.learners.best.memory import (
     FAST_SIGHT,
     FRAMES,
     HITS,
+    LASTING,
     SLOW_ERROR,
     SLOW_SIGHT,
     SURPRISE,
@@ -20,9 +21,10 @@ from somatopy.learners.best.memory import (
 )
 from somatopy.percept import Floats, Ints
 
-__all__ = ["count_sight", "is_lost", "move_schema", "pull_schema", "surprise"]
+__all__ = ["count_sight", "is_lost", "move_schema", "pull_schema", "surprise", "trust_of"]
 
 ERROR_MOST, FAST, SLOW, CALM_HITS = 1.0, 0.01, 0.0005, 4000
+PATIENCE = 0.003
 FAST_SEEN, SLOW_SEEN, KNOWN_FRAMES, LOST_SHARE = 0.0033, 0.0002, 5000, 0.25
 STEP, STEP_MOST, DAMPING = 0.1, 0.05, 0.05
 PULL, HOME_RATE = 0.005, 0.0005
@@ -30,9 +32,9 @@ PULL, HOME_RATE = 0.005, 0.0005
 
 @jit
 def surprise(numbers: Floats, error: Floats) -> None:
-    """kappa_e = clip(2 (n_f - 2 n_s) / n_f, 0, 1), of a fast and a slow average of the error |e| on hits.
+    """kappa_e = clip(2 (n_f - 2 n_s) / n_f, 0, 1), of a fast and a slow average of |e| on hits, and its own average.
 
-    It counts from the next frame on. In the first 4,000 hits, while errors are still those of a beginner, the slow
+    They count from the next frame on. In the first 4,000 hits, while errors are still those of a beginner, the slow
     average is never below the fast one, and nothing is a surprise.
 
     Args:
@@ -50,6 +52,16 @@ def surprise(numbers: Floats, error: Floats) -> None:
         numbers[SLOW_ERROR] = max(numbers[SLOW_ERROR], numbers[FAST_ERROR])
     fast, slow = numbers[FAST_ERROR], numbers[SLOW_ERROR]
     numbers[SURPRISE] = min(max(2.0 * (fast - 2.0 * slow) / fast, 0.0), 1.0) if fast > 0.0 else 0.0
+    numbers[LASTING] += PATIENCE * (numbers[SURPRISE] - numbers[LASTING])
+
+
+@jit
+def trust_of(numbers: Floats) -> float:
+    """How far directions and visibility learn, 1 - kappa (1 - lambda): not while the schema is to explain a surprise.
+
+    A surprise that lasts, lambda, is one that the schema does not explain, and so they must.
+    """
+    return float(1.0 - numbers[SURPRISE] * (1.0 - numbers[LASTING]))
 
 
 @jit

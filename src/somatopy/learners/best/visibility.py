@@ -116,6 +116,7 @@ def learn_visibility(
     dual: Floats,
     index: Ints,
     share: Floats,
+    voice: Floats,
     found: int,
 ) -> None:
     """Delta rule on sigma(z): what was seen, or missed, at an offset of the gaze from the hand.
@@ -134,13 +135,14 @@ def learn_visibility(
         dual: q, see `dual_of`, shape (Q,).
         index: the active units.
         share: their shares.
+        voice: the same less what they have forgotten, see `voices`.
         found: how many they are.
     """
     place, weight, psi = np.empty(8, np.int64), np.empty(8), np.empty(memory.fields.shape[1])
     field = np.empty(psi.size)
     count = corners(memory, offset, np.zeros(offset.size), place, weight)
     _psi(memory, offset, psi)
-    _field(memory, phi, index, share, found, field)
+    _field(memory, phi, index, voice, found, field)
     z, just, tents, shares, square = 0.0, 0.0, 0.0, 0.0, 0.0
     for c in range(count):
         z += weight[c] * memory.sheet[place[c]]
