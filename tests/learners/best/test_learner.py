@@ -381,7 +381,7 @@ def test_units_fade_when_they_are_active_as_if_all_had_faded_in_every_frame() ->
     before = memory._replace(**{name: getattr(memory, name).copy() for name in ("turns", "fields", "common", "metric")})
     for _ in range(200):
         forget(memory, rng.choice(30, size=16, replace=False), 16)
-    kept = np.exp(-200 * FORGETTING * 0.8 * 0.5)
+    kept = np.exp(-200 * FORGETTING * 0.8 * 0.5**2)
     voice = np.array([voices(memory, np.array([unit]), np.ones(1), 1)[0] for unit in range(40)])
     assert len(set(voice[:30])) > 2  # some were just active, and ten never were
     np.testing.assert_allclose(voice[30:], kept)
@@ -410,12 +410,12 @@ def test_the_schema_has_the_first_seconds_of_a_surprise_and_what_it_leaves_is_le
     for _ in range(20_000):
         surprise(numbers, np.array([0.02, 0.0]))
     assert trust_of(numbers) == 1.0
-    trust = np.empty(900)
-    for k in range(900):
+    trust = np.empty(500)
+    for k in range(500):
         surprise(numbers, np.array([0.5, 0.0]))
         trust[k] = trust_of(numbers)
-    assert trust[20:60].max() < 0.3 and trust[800:].min() > 0.8
-    assert numbers[SURPRISE] > 0.3  # and so it is not because the surprise would be over
+    assert trust[20:40].max() < 0.2 and trust[-1] > 0.7
+    assert numbers[SURPRISE] > 0.9  # and so it is not because the surprise would be over
 
 
 def test_a_frozen_learner_forgets_nothing() -> None:

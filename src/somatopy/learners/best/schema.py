@@ -24,7 +24,7 @@ from somatopy.percept import Floats, Ints
 __all__ = ["count_sight", "is_lost", "move_schema", "pull_schema", "surprise", "trust_of"]
 
 ERROR_MOST, FAST, SLOW, CALM_HITS = 1.0, 0.01, 0.0005, 4000
-PATIENCE = 0.003
+PATIENCE = 0.005
 FAST_SEEN, SLOW_SEEN, KNOWN_FRAMES, LOST_SHARE = 0.0033, 0.0002, 5000, 0.25
 STEP, STEP_MOST, DAMPING = 0.1, 0.05, 0.05
 PULL, HOME_RATE = 0.005, 0.0005
@@ -57,11 +57,11 @@ def surprise(numbers: Floats, error: Floats) -> None:
 
 @jit
 def trust_of(numbers: Floats) -> float:
-    """How far directions and visibility learn, 1 - kappa (1 - lambda): not while the schema is to explain a surprise.
+    """How far directions and visibility learn, 1 - kappa (1 - lambda^2): not while the schema may explain a surprise.
 
-    A surprise that lasts, lambda, is one that the schema does not explain, and so they must.
+    It does not explain one that lasts, so that lambda, the average of kappa, comes near 1; then they must learn.
     """
-    return float(1.0 - numbers[SURPRISE] * (1.0 - numbers[LASTING]))
+    return float(1.0 - numbers[SURPRISE] * (1.0 - numbers[LASTING] ** 2))
 
 
 @jit
