@@ -15,7 +15,7 @@ FORGETTING = 0.01
 
 @jit
 def forget(memory: Memory, index: Ints, found: int) -> None:
-    """While a surprise lasts, F, b and w go to 0, and M to what it began with, by .01 kappa lambda^2 of the way a frame.
+    """While a surprise lasts, F, b, w go to 0 and M to its first value, by .01 kappa lambda^2 of the way a frame.
 
     So that a frame touches active units alone, one number sums up what has been forgotten. Each unit knows the sum up
     to which its b and w have faded, and they fade by the rest when it is active.
