@@ -148,6 +148,7 @@ ABLATIONS = {
     "steady gain": "G learns at its last rate from the first movement on",
     "no drift": "no drift ε",
     "no schema": "no schema",
+    "never forgets": "trusts the schema for as long as a surprise lasts, and forgets nothing",
     "no anticipation": "no anticipation",
     "no gate": "misses beyond the sheet teach, too",
 }
@@ -192,6 +193,22 @@ def plastic(found: Found) -> str:
             body.append([called, *cells])
     head = [f"{called}: minutes {minutes}" for _, called in ranges for minutes in ("0 to 5", "5 to 15")]
     return "\n" + rows(("what learns after the damage", *head), body) + f"\n{seeds_of(found, [n for n, _ in ranges])}\n"
+
+
+def lasting(found: Found) -> str:
+    """What forgetting is worth after damages that no shift explains."""
+    moments, body = (FIRST_AFTER, REST_AFTER), []
+    for study, called in ((PARTS, "mechanical"), (WIDE, "`paper-wide`")):
+        for damage in ("permuted", "swapped") if study in found else ():
+            pairs = [
+                [efficiency(found[study], name, moment) for name in (damage, f"{damage}, never forgets")]
+                for moment in moments
+            ]
+            cells = [cell for does, never in pairs for cell in (level(does), text(less(does, never), "{:+.1f}"))]
+            if any(cells):
+                body.append([f"{called}, {damage}", str(len(pairs[0][0])), *cells])
+    head = [name for minutes in ("0 to 5", "5 to 15") for name in (f"minutes {minutes}", "more than without step 8")]
+    return "\n" + rows(("", "seeds", *head), body) + "\n"
 
 
 def seeds_of(found: Found, studies: Sequence[str]) -> str:
@@ -334,6 +351,7 @@ BLOCKS: dict[str, Callable[[Found], str]] = {
     "reached": reached,
     "parts": parts,
     "plastic": plastic,
+    "lasting": lasting,
     "rates": rates,
     "late": late,
     "heads": heads,
