@@ -7,82 +7,25 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.learners.best.world import HEAD, World, live, robot
 
-from somatopy.clock import FRAME
 from somatopy.contract import size
 from somatopy.learners import BestLearner
 from somatopy.learners.best.calibration import learn_gain
 from somatopy.learners.best.directions import NEAREST, active, direction, dual_of, learn_direction, powers
-from somatopy.learners.best.forgetting import FORGETTING, forget, voices
 from somatopy.learners.best.memory import (
-    FORGOTTEN,
     LASTING,
     METRIC_MOST,
     MOST_UNITS,
     SURPRISE,
     TURNS,
-    Memory,
     fresh,
     opened,
     packed,
     spacing,
 )
-from somatopy.learners.best.schema import surprise, trust_of
 from somatopy.learners.best.visibility import corners, evidence, fit_sheet
-from somatopy.percept import Camera, Floats, Percept, Robot, Sighting, Space
-
-HEAD = Space(("yaw", "pitch"), [-2.0, -0.7], [2.0, 0.6])
-
-
-def robot(joints: int = 4, head: Space = HEAD, width: int = 320, height: int = 240) -> Robot:
-    arm = Space([f"arm{k}" for k in range(joints)], np.full(joints, -1.5), np.full(joints, 1.2))
-    return Robot({"arm": arm, "head": head}, ("head",), Camera("eye", width, height, fovy=0.83))
-
-
-class World:
-    """An arm that babbles, a hand that is in a direction given by the arm, and a head that is where it is told to be.
-
-    The hand is seen where it is within the picture, but for a strip that a shoulder hides.
-    """
-
-    def __init__(self, robot: Robot, seed: int = 0) -> None:
-        self.robot, self.rng = robot, np.random.default_rng(seed)
-        self.mix = self.rng.normal(size=(len(robot.head), len(robot.arm))) / np.sqrt(len(robot.arm))
-        self.arm, self.goal = robot.arm.limits.mean(axis=1), robot.arm.limits.mean(axis=1)
-        self.head = np.zeros(len(robot.head))
-        self.frame = 0
-
-    def percept(self, command: Floats) -> Percept:
-        """What is sensed one frame after a command."""
-        limits, head_limits = self.robot.arm.limits, self.robot.head.limits
-        if self.frame % 30 == 0:
-            self.goal = self.rng.uniform(*limits.T)
-        self.arm = self.arm + np.clip(self.goal - self.arm, -0.05, 0.05)
-        clipped = np.clip(command, *head_limits.T)
-        self.head = self.head + np.clip(clipped - self.head, -0.5, 0.5)
-        self.frame += 1
-        return Percept(self.frame * FRAME, self.arm, self.head, self.goal, clipped, self.sighting(), FRAME)
-
-    def sighting(self) -> Sighting | None:
-        """Where the hand is in the picture, if it is."""
-        camera = self.robot.camera
-        hand = 0.25 * np.tanh(self.mix @ self.arm) * np.ptp(self.robot.head.limits, axis=1)
-        apart = np.resize(np.append(hand - self.head, 0.0), 2) if len(hand) == 1 else (hand - self.head)[:2]
-        u, v = camera.centre[0] - camera.focal * apart[0], camera.centre[1] + camera.focal * apart[1]
-        hidden = -0.1 < apart[0] < 0.05 and self.arm[0] < -0.3
-        inside = 10 < u < camera.width - 10 and 10 < v < camera.height - 10
-        return Sighting((u, v), 0, 400.0) if inside and not hidden else None
-
-
-def live(learner: BestLearner, world: World, frames: int) -> Floats:
-    """Whether the hand was seen in each frame."""
-    command, hits = world.head, np.zeros(frames)
-    for k in range(frames):
-        percept = world.percept(command)
-        hits[k] = percept.sighting is not None
-        learner.observe(percept)
-        command = learner.gaze(percept)
-    return hits
+from somatopy.percept import Floats, Space
 
 
 def test_it_is_at_most_150_kb() -> None:
@@ -100,13 +43,19 @@ FITTED = {"reach", "scale"}  # with the pixel gain, and the sheet and all fields
 MADE = {"shape", "limits", "low", "span"}
 
 
-def test_a_frame_changes_active_units_and_shared_parts_alone() -> None:
-    """Units whose share a is 0 keep all that they hold, to the last bit, and of the sheet at most four cells learn."""
+@pytest.mark.parametrize("surprise", [0.0, 0.9])
+def test_a_frame_changes_active_units_and_shared_parts_alone(surprise: float) -> None:
+    """Units whose share a is 0 keep all that they hold, to the last bit, and of the sheet at most four cells learn.
+
+    That holds while a surprise lasts and everything fades, too.
+    """
     learner, world = BestLearner(robot(), np.random.default_rng(0)), World(robot())
     live(learner, world, 1500)
     command, moved, fitted = world.head, 0, 0
     for _ in range(200):
         percept = world.percept(command)
+        if surprise:
+            learner._memory.numbers[[SURPRISE, LASTING]] = surprise, surprise
         before = learner.state()["memory"]
         learner.observe(percept)
         command, after = learner.gaze(percept), learner.state()["memory"]
@@ -360,86 +309,3 @@ def test_no_axis_of_the_sheet_is_narrower_than_half_the_widest() -> None:
     memory.gain[:] = [[-0.6, 0.0], [0.0, 0.01]]
     fit_sheet(memory, 0.75)
     np.testing.assert_allclose(memory.reach, [0.84, 0.42])
-
-
-# -- a surprise that lasts ---------------------------------------------------------------------------------------------
-
-
-def surprised(kappa: float, lasting: float) -> Memory:
-    """A memory of 40 units that have something to say, this much surprised, for so long."""
-    memory, rng = fresh(robot(4)), np.random.default_rng(0)
-    memory.numbers[[0, SURPRISE, LASTING]] = 40, kappa, lasting
-    for name in ("turns", "fields", "common"):
-        getattr(memory, name)[:40] = rng.normal(size=getattr(memory, name)[:40].shape)
-    memory.metric[:] = np.diag(rng.uniform(0, METRIC_MOST, len(memory.metric)))
-    return memory
-
-
-def test_units_fade_when_they_are_active_as_if_all_had_faded_in_every_frame() -> None:
-    """What each of them says after 200 frames, whenever it was active, is e^-r of what it said, r the sum of rates."""
-    memory, rng = surprised(0.8, 0.5), np.random.default_rng(1)
-    before = memory._replace(**{name: getattr(memory, name).copy() for name in ("turns", "fields", "common", "metric")})
-    for _ in range(200):
-        forget(memory, rng.choice(30, size=16, replace=False), 16)
-    kept = np.exp(-200 * FORGETTING * 0.8 * 0.5**2)
-    voice = np.array([voices(memory, np.array([unit]), np.ones(1), 1)[0] for unit in range(40)])
-    assert len(set(voice[:30])) > 2  # some were just active, and ten never were
-    np.testing.assert_allclose(voice[30:], kept)
-    np.testing.assert_allclose(voice[:, None] * memory.turns[:40], kept * before.turns[:40], rtol=1e-12)
-    np.testing.assert_allclose(voice[:, None] * memory.fields[:40], kept * before.fields[:40], rtol=1e-12)
-    np.testing.assert_allclose(memory.common, kept * before.common, rtol=1e-12)
-    first = METRIC_MOST * np.eye(len(memory.metric))
-    np.testing.assert_allclose(memory.metric, first + kept * (before.metric - first), rtol=1e-12)
-    np.testing.assert_array_equal(memory.plane, before.plane)
-
-
-@pytest.mark.parametrize(("kappa", "lasting"), [(0.0, 0.9), (0.9, 0.0)])
-def test_neither_calm_nor_a_new_surprise_forgets(kappa: float, lasting: float) -> None:
-    """Not a bit changes."""
-    memory = surprised(kappa, lasting)
-    before = packed(memory)
-    for _ in range(50):
-        forget(memory, np.arange(16), 16)
-    for old, now in zip(before, packed(memory), strict=True):
-        np.testing.assert_array_equal(old, now)
-
-
-def test_the_schema_has_the_first_seconds_of_a_surprise_and_what_it_leaves_is_learned() -> None:
-    """Once errors have grown from .02 to .5 rad, directions learn little at first, and fast again later."""
-    numbers = fresh(robot(4)).numbers
-    for _ in range(20_000):
-        surprise(numbers, np.array([0.02, 0.0]))
-    assert trust_of(numbers) == 1.0
-    trust = np.empty(500)
-    for k in range(500):
-        surprise(numbers, np.array([0.5, 0.0]))
-        trust[k] = trust_of(numbers)
-    assert trust[20:40].max() < 0.2 and trust[-1] > 0.7
-    assert numbers[SURPRISE] > 0.9  # and so it is not because the surprise would be over
-
-
-def test_a_frozen_learner_forgets_nothing() -> None:
-    """However long it is surprised; and a learner that has forgotten says as much after it is frozen as before."""
-    learner, world = BestLearner(robot(), np.random.default_rng(0)), World(robot())
-    live(learner, world, 1500)
-    held = learner._memory
-    arm = world.arm
-    held.numbers[[SURPRISE, LASTING]] = 1.0, 1.0
-    learner.plastic = frozenset()
-    said = learner.predict(arm)
-    before = {name: array.copy() for name, array in held._asdict().items()}
-    live(learner, world, 30)
-    np.testing.assert_array_equal(learner.predict(arm), said)
-    for name in ("turns", "fields", "common", "metric", "faded"):
-        np.testing.assert_array_equal(getattr(held, name), before[name])
-    held.numbers[[SURPRISE, LASTING]] = 1.0, 1.0
-    learner.plastic = frozenset(learner.parts)
-    live(learner, world, 30)
-    learner.plastic = frozenset()
-    said, stale = learner.predict(arm), held.faded[: int(held.numbers[0])] < held.numbers[FORGOTTEN]
-    assert stale.any()
-    np.testing.assert_allclose(learner.maps()["fields"][~stale], held.fields[: len(stale)][~stale])
-    found, kept = learner.maps()["fields"][stale], held.fields[: len(stale)][stale]
-    assert (np.abs(found) < np.abs(kept)).sum() == np.count_nonzero(kept)
-    live(learner, world, 30)
-    np.testing.assert_array_equal(learner.predict(arm), said)
