@@ -4,8 +4,9 @@
 permutes and shifts all arm joints, and through minutes without any sight of the hand, so that surprise, schema and
 being lost all act. Its sheet had 31 x 27 cells and a fixed reach, its pixels were divided by 100, it blurred the
 evidence by [1 2 1] / 4 on both axes before it chose, and let bias learn from all moves. All its monomials learned
-alike, visibility had no polynomial, the pixel gain had one rate, and nothing was forgotten. Here blur stands in the
-test, and after each frame the test takes back what metric and polynomial have learned and that a surprise lasts.
+alike, visibility had no polynomial, the pixel gain had one rate and learned from movements, not
+from how they change, and nothing was forgotten. Here blur stands in the test. After each frame the test takes back what
+metric and polynomial have learned, that a surprise lasts, and what the last movement was.
 """
 
 from __future__ import annotations
@@ -86,6 +87,7 @@ def test_a_recorded_life(name: str) -> None:
     for k in range(len(felt)):
         live(memory, felt[k], goals[k], heads[k], told[k], pixels[k], 0.75, ALL)
         memory.metric[:], memory.common[:], memory.numbers[LASTING] = alike, 0.0, 0.0
+        memory.moved[:], memory.slip[:] = 0.0, 0.0
         compare(
             drift=(memory.drift, ("eps_yaw", "eps_pitch")),
             shift=(memory.shift, ("c0", "c1", "c2", "c3")),

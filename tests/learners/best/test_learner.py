@@ -19,6 +19,7 @@ from somatopy.learners.best.memory import (
     MOST_UNITS,
     SURPRISE,
     TURNS,
+    Memory,
     fresh,
     opened,
     packed,
@@ -38,7 +39,7 @@ def test_it_is_at_most_150_kb() -> None:
 #: What the units hold, a row each; what all share and a frame may change; what stays as it was made.
 OWN = {"units", "turns", "fields", "faded", "used"}
 SHARED = {"numbers", "shift", "home", "speed", "felt", "head", "pixel", "bias", "stride", "gain", "drift", "plane"}
-SHARED |= {"metric", "common", "sheet", "recent", "asked", "ends"}
+SHARED |= {"moved", "slip", "metric", "common", "sheet", "recent", "asked", "ends"}
 FITTED = {"reach", "scale"}  # with the pixel gain, and the sheet and all fields with them
 MADE = {"shape", "limits", "low", "span"}
 
@@ -289,6 +290,28 @@ def test_directions_are_sooner_known_where_the_arm_moves_little() -> None:
     assert error_of_a_polynomial(postures, False) < 0.5 * error_of_a_polynomial(postures, True)
 
 
+def meet(memory: Memory, head: Floats, pixel: Floats) -> None:
+    """The gain learns from a frame, and this becomes the last one."""
+    learn_gain(memory, head, pixel)
+    memory.moved[:], memory.slip[:] = head - memory.head, pixel - memory.pixel
+    memory.head[:], memory.pixel[:] = head, pixel
+
+
+@pytest.mark.parametrize("share", [0.9, 0.5, 0.25])
+def test_the_pixel_gain_is_right_for_a_head_that_lags_behind_the_hand(share: float) -> None:
+    """It goes a share of the way to the hand in each frame, and to elsewhere now and then, while the hand wanders."""
+    rng, truth = np.random.default_rng(0), np.array([[-0.6, 0.1], [0.0, 0.6]])
+    memory, hand, head = fresh(robot(4)), np.zeros(2), np.zeros(2)
+    speed, goal = np.zeros(2), np.zeros(2)
+    for frame in range(3000):
+        speed = rng.uniform(-0.04, 0.04, 2) if frame % 20 == 0 else speed
+        hand = np.clip(hand + speed, -1.0, 1.0)
+        goal = rng.uniform(-0.3, 0.3, 2) if frame % 15 == 0 else goal
+        head = head + share * (hand + goal - head)
+        meet(memory, head, np.linalg.solve(truth, hand - head))
+    np.testing.assert_allclose(memory.gain, truth, atol=0.1)
+
+
 def test_the_pixel_gain_is_known_after_thirty_movements() -> None:
     """Of a head that looks about a hand that stands still: within a tenth, whatever the camera."""
     rng = np.random.default_rng(0)
@@ -297,8 +320,7 @@ def test_the_pixel_gain_is_known_after_thirty_movements() -> None:
         for _ in range(40):
             head = hand + rng.uniform(-0.25, 0.25, size=2)
             pixel = np.linalg.solve(truth, hand - head)
-            learn_gain(memory, head, pixel)
-            memory.head[:], memory.pixel[:] = head, pixel
+            meet(memory, head, pixel)
         assert 25 < memory.numbers[TURNS] <= 40
         np.testing.assert_allclose(memory.gain, truth, atol=0.1 * np.abs(truth).max())
 

@@ -75,9 +75,11 @@ def learn_speed(memory: Memory, felt: Floats) -> None:
 
 @jit
 def learn_gain(memory: Memory, head: Floats, pixel: Floats) -> bool:
-    """G += eta e dp' / (|dp|^2 + .02) with e = -dy - G dp, from what a movement of its own head does to the picture.
+    """G += eta e d2p' / (|d2p|^2 + .02) with e = -d2y - G d2p: what a turn of its own head does to the picture.
 
-    eta is 1 / (1 + k / 5) at the k-th such movement, counted from 0, and .05 once that is less.
+    d2y and d2p are how much the head's movement dy and the hand's slip dp in the picture differ from those one frame
+    ago. A hand that moves evenly has no part in them. It has one in dp, by which a head that follows a hand seems to
+    turn without effect. eta is 1 / (1 + k / 5) at the k-th such movement, counted from 0, and .05 once that is less.
 
     Args:
         memory: what the learner holds.
@@ -87,16 +89,17 @@ def learn_gain(memory: Memory, head: Floats, pixel: Floats) -> bool:
     Returns:
         Whether it learned.
     """
-    du, dv = pixel[0] - memory.pixel[0], pixel[1] - memory.pixel[1]
-    turn = 0.0
+    du, dv = pixel[0] - memory.pixel[0] - memory.slip[0], pixel[1] - memory.pixel[1] - memory.slip[1]
+    turn = head - memory.head - memory.moved
+    length = 0.0
     for k in range(head.size):
-        turn += (head[k] - memory.head[k]) ** 2
-    if math.isnan(du) or math.sqrt(turn) <= TURN_LEAST:
+        length += turn[k] ** 2
+    if math.isnan(du) or math.sqrt(length) <= TURN_LEAST:
         return False
     rate = max(GAIN_RATE, 1.0 / (1.0 + memory.numbers[TURNS] / GAIN_AGE))
     scale = rate / (du * du + dv * dv + GAIN_LEAST)
     for k in range(head.size):
-        error = memory.head[k] - head[k] - memory.gain[k, 0] * du - memory.gain[k, 1] * dv
+        error = -turn[k] - memory.gain[k, 0] * du - memory.gain[k, 1] * dv
         memory.gain[k, 0] += scale * error * du
         memory.gain[k, 1] += scale * error * dv
     memory.numbers[TURNS] += 1.0

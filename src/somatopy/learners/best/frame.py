@@ -103,6 +103,7 @@ def live(
     if numbers[HITS] > 0.0 and in_reach(memory, offset):
         flags = learns[VISIBILITY], learns[MEMORY]
         learn_visibility(memory, offset, hit, trust, *flags, phi, dual, index, share, voice, found)
+    memory.moved[:], memory.slip[:] = head - memory.head, pixel - memory.pixel
     memory.felt[0], memory.felt[1], memory.head[:], memory.pixel[:] = x, goal, head, pixel
     size = 0.0
     for k in range(m):

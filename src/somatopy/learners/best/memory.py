@@ -42,6 +42,8 @@ class Memory(NamedTuple):
         felt: x~ and x~* of this frame, shape (2, n).
         head: y of this frame, shape (m,), rad.
         pixel: p of this frame, shape (2,), in halves of the picture's width; NaN on a miss.
+        moved: dy, how far the head has moved since the frame before, shape (m,), rad.
+        slip: dp, how far the hand has moved in the picture since then, shape (2,); NaN unless it was seen both times.
         bias: beta, sensed head posture less command, shape (m,), rad.
         stride: the longest way that each head joint was seen to go in a frame, shape (m,), rad.
         gain: G, head movement that a movement in the picture is worth, shape (m, 2), rad.
@@ -74,6 +76,8 @@ class Memory(NamedTuple):
     felt: Floats
     head: Floats
     pixel: Floats
+    moved: Floats
+    slip: Floats
     bias: Floats
     stride: Floats
     gain: Floats
@@ -129,6 +133,8 @@ def fresh(robot: Robot) -> Memory:
         felt=np.zeros((2, n)),
         head=np.zeros(m),
         pixel=np.full(2, np.nan),
+        moved=np.zeros(m),
+        slip=np.full(2, np.nan),
         bias=np.zeros(m),
         stride=np.zeros(m),
         gain=np.zeros((m, 2)),
@@ -155,7 +161,7 @@ def fresh(robot: Robot) -> Memory:
 
 
 def packed(memory: Memory) -> tuple[Floats, Ints]:
-    """All floats and all integers of a memory, each in one array: two are handed to a kernel sooner than 29.
+    """All floats and all integers of a memory, each in one array: two are handed to a kernel sooner than 31.
 
     Returns:
         The arrays of floats in the order of `Memory`; n, m, the bins of `ends`, then `shape` and `used`.
@@ -181,6 +187,8 @@ def opened(floats: Floats, ints: Ints) -> Memory:
     felt, at = _next(floats, at, 2 * n)
     head, at = _next(floats, at, m)
     pixel, at = _next(floats, at, 2)
+    moved, at = _next(floats, at, m)
+    slip, at = _next(floats, at, 2)
     bias, at = _next(floats, at, m)
     stride, at = _next(floats, at, m)
     gain, at = _next(floats, at, 2 * m)
@@ -209,6 +217,8 @@ def opened(floats: Floats, ints: Ints) -> Memory:
         felt.reshape(2, n),
         head,
         pixel,
+        moved,
+        slip,
         bias,
         stride,
         gain.reshape(m, 2),
