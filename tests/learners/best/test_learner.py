@@ -297,19 +297,22 @@ def meet(memory: Memory, head: Floats, pixel: Floats) -> None:
     memory.head[:], memory.pixel[:] = head, pixel
 
 
-@pytest.mark.parametrize("share", [0.9, 0.5, 0.25])
-def test_the_pixel_gain_is_right_for_a_head_that_lags_behind_the_hand(share: float) -> None:
-    """It goes a share of the way to the hand in each frame, and to elsewhere now and then, while the hand wanders."""
+@pytest.mark.parametrize(("share", "most"), [(0.5, 0.05), (0.25, 0.05), (0.25, 0.08)])
+def test_the_pixel_gain_is_right_for_a_head_that_lags_behind_the_hand(share: float, most: float) -> None:
+    """It goes a share of the way to the hand in each frame, or to a place beside it, while the hand wanders.
+
+    A gain that learns from movements alone is off by .09 and .39 in the last two cases.
+    """
     rng, truth = np.random.default_rng(0), np.array([[-0.6, 0.1], [0.0, 0.6]])
     memory, hand, head = fresh(robot(4)), np.zeros(2), np.zeros(2)
     speed, goal = np.zeros(2), np.zeros(2)
     for frame in range(3000):
-        speed = rng.uniform(-0.04, 0.04, 2) if frame % 20 == 0 else speed
+        speed = rng.uniform(-most, most, 2) if frame % 20 == 0 else speed
         hand = np.clip(hand + speed, -1.0, 1.0)
-        goal = rng.uniform(-0.3, 0.3, 2) if frame % 15 == 0 else goal
+        goal = rng.uniform(-0.3, 0.3, 2) if frame % 45 == 0 else goal
         head = head + share * (hand + goal - head)
         meet(memory, head, np.linalg.solve(truth, hand - head))
-    np.testing.assert_allclose(memory.gain, truth, atol=0.1)
+    np.testing.assert_allclose(memory.gain, truth, atol=0.06)
 
 
 def test_the_pixel_gain_is_known_after_thirty_movements() -> None:
