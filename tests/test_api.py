@@ -22,7 +22,7 @@ from somatopy.analysis.relearning import of_phase
 from somatopy.analysis.runs import Run
 from somatopy.api import Interrupted, begin, finish, fork, play, reopen, resume
 from somatopy.bodies import MujocoBody
-from somatopy.experiment import Description, DescriptionError, RunFolder, Session, provenance, recorder, run_folder
+from somatopy.experiment import Description, DescriptionError, RunFolder, Session, provenance, recorder, run_writer
 from somatopy.experiment.checkpoint import read_checkpoint, write_checkpoint
 from somatopy.experiment.run_folder import CHECKPOINT
 from somatopy.interventions import JointOffset, NoIntervention
@@ -104,7 +104,7 @@ def test_run_refuses_a_description_that_does_not_fit_before_it_writes(tiny: Desc
 @pytest.fixture
 def small_parts(monkeypatch: pytest.MonkeyPatch) -> None:
     """Parts and windows of 40 frames instead of 4,500."""
-    for module in (run_folder, recorder):
+    for module in (run_writer, recorder):
         monkeypatch.setattr(module, "PART_FRAMES", 40)
 
 
@@ -211,14 +211,14 @@ def test_other_versions_go_on_only_when_told_to(
     folder = interrupted(tiny, tmp_path / "run", 10)
     old = (folder / "experiment.toml").read_text()
     real = provenance.versions()
-    monkeypatch.setattr(run_folder, "versions", lambda: real | {"numpy": "9.9"})
+    monkeypatch.setattr(provenance, "versions", lambda: real | {"numpy": "9.9"})
     with pytest.raises(DescriptionError, match=r"another version.*: versions.numpy differs.*--anyway \(anyway=True"):
         resume(folder)
     assert (folder / "experiment.toml").read_text() == old
     for frame in (17, 24):
         with reopen(folder, anyway=frame == 17) as (session, opened, since), opened.recording(session, since):
             next(frame_ for frame_ in session if session.done == frame)
-    monkeypatch.setattr(run_folder, "versions", lambda: real | {"numba": "8.8"})
+    monkeypatch.setattr(provenance, "versions", lambda: real | {"numba": "8.8"})
     run = resume(folder, anyway=True)
     assert (folder / "experiment.toml").read_text().startswith(old.rstrip())
     assert run.description["versions"] == real

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import re
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
@@ -55,6 +56,13 @@ def test_every_command_is_timed() -> None:
     assert commands.needed([]) == list(commands.COMMANDS)
     run, asked = commands.needed(["evaluate"])
     assert asked == "evaluate quick" and run.startswith("run ") and run.endswith("--out quick")
+
+
+def test_every_command_has_a_row_on_its_page() -> None:
+    """In the table of times, whether it was measured or not."""
+    page = (FOLDER.parent / "docs" / "commands.md").read_text(encoding="utf-8")
+    table = page.partition("## How long a command takes")[2].partition("\n## ")[0]
+    assert {*re.findall(r"^\| `somatopy ([a-z-]+)", table, re.MULTILINE)} == {"--help", *VERBS}
 
 
 def test_the_timed_study_can_be_planned() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import stat
 import subprocess
@@ -12,7 +13,7 @@ from typing import IO, Any
 
 import pytest
 
-from somatopy.files import cache_folder, is_aside, write_whole
+from somatopy.files import cache_folder, is_aside, write_json, write_whole
 
 
 def names(folder: Path) -> list[str]:
@@ -41,6 +42,16 @@ def test_a_path_may_be_text(tmp_path: Path) -> None:
     """As everywhere in Python."""
     write_whole(str(tmp_path / "file"), "x")
     assert (tmp_path / "file").read_text() == "x"
+
+
+def test_json_replaces_as_a_whole_and_refuses_nan(tmp_path: Path) -> None:
+    """The old file stays if the new one cannot be written; no reader meets NaN."""
+    path = tmp_path / "table.json"
+    write_json(path, {"a": 1})
+    with pytest.raises(ValueError, match="JSON"):
+        write_json(path, {"a": float("nan")})
+    assert json.loads(path.read_text()) == {"a": 1}
+    assert [entry.name for entry in tmp_path.iterdir()] == ["table.json"]
 
 
 @pytest.mark.parametrize("error", [OSError("the disk is full"), ValueError("no"), KeyboardInterrupt()])

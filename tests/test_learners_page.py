@@ -2,30 +2,23 @@
 
 from __future__ import annotations
 
-import importlib.util
 from collections.abc import Callable
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import pytest
 
+from learners_cells import Cells, bounds, tables
+from learners_figures import draw, steps
+from learners_page import lost_cells
+from learners_page import page as page_of
+from make_learners import PAGE
 from somatopy.analysis.cells import StudyResult, to_table
 from somatopy.clock import FRAMES_PER_MINUTE, WINDOW
 
-ROOT = Path(__file__).parents[1]
 INTACT, AFTER = 12, 6
 #: Efficiency in percent by seed and window of a phase.
 Curve = Callable[[int, int], float]
-
-
-@pytest.fixture(scope="module")
-def made() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("make_learners", ROOT / "docs" / "make_learners.py")
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
 
 
 def row(factors: dict[str, Any], seed: int, phase: int, curve: Curve) -> dict[str, Any]:
@@ -74,31 +67,31 @@ def line_of(page: str, *words: str) -> list[str]:
     return [cell.strip() for cell in found.strip("|").split("|")]
 
 
-def test_the_page_is_made_from_the_committed_tables(made: Any) -> None:
+def test_the_page_is_made_from_the_committed_tables() -> None:
     """Every number of docs/learners.md follows from studies/."""
-    assert made.page(made.tables(), made.bounds()) == made.PAGE.read_text(encoding="utf-8")
+    assert page_of(tables(), bounds()) == PAGE.read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize(("level_", "verdict"), [(90.0, "**floor missed**"), (92.0, "floor met"), (96.0, "goal met")])
-def test_a_level_is_judged_by_floor_and_goal(made: Any, level_: float, verdict: str) -> None:
+def test_a_level_is_judged_by_floor_and_goal(level_: float, verdict: str) -> None:
     """Hits of which we know the share give that share, and the verdict that follows from 91 and 95 percent."""
-    page = made.page({"learners": main_study(level_, 50.0)}, {})
+    page = page_of({"learners": main_study(level_, 50.0)}, {})
     cells = line_of(page, "paper-wide", "second five minutes", "")
     assert cells[4:] == [f"{level_:.1f} [{level_:.1f}, {level_:.1f}]", "91", "95", verdict, "3"]
     assert line_of(page, "mechanical", "second five minutes", "")[7:] == ["not run yet", "0"]
 
 
-def test_the_first_sentences_have_the_numbers(made: Any) -> None:
+def test_the_first_sentences_have_the_numbers() -> None:
     """After a damage the share of the undamaged run is told: 36 of 90 percent are 40."""
-    said = " ".join(made.page({"learners": main_study(90.0, 36.0)}, {}).split("**Not finished")[0].split())
+    said = " ".join(page_of({"learners": main_study(90.0, 36.0)}, {}).split("**Not finished")[0].split())
     assert "`best` sees it in **90.0 %** of the frames of its second five minutes" in said
     assert "`best` is at **40.0 %** of what it reaches without damage" in said
     assert said.count("(3 seeds)") == 2
 
 
-def test_what_is_not_finished_is_named(made: Any) -> None:
+def test_what_is_not_finished_is_named() -> None:
     """A study with a part of its cells, and one without any."""
-    page = made.page({"learners": main_study(90.0, 36.0)}, {})
+    page = page_of({"learners": main_study(90.0, 36.0)}, {})
     assert "`learners` (12 of 80 cells)" in page and "`learners-lost` (0 of 1,260 cells)" in page
 
 
@@ -114,62 +107,62 @@ def lost_study(weak: dict[tuple[str, int], float], damages: tuple[str, ...]) -> 
     return study("learners-lost", 2, every, ("babbling.range", "damage"))
 
 
-def test_lost_cells_are_named_and_no_others(made: Any) -> None:
+def test_lost_cells_are_named_and_no_others() -> None:
     """Below 90 % of the fork, which is 81 here: 80 is lost, 82 is not."""
     found = lost_study({("gain", 1): 80.0, ("swapped", 0): 82.0}, ("gain", "swapped"))
-    looked, lost = made.lost_cells(made.Cells(found), {})
+    looked, lost = lost_cells(Cells(found), {})
     assert looked == 4 and {where: [*seeds] for where, seeds in lost.items()} == {("mechanical", "gain"): [1]}
-    assert line_of(made.page({"learners-lost": found}, {}), "mechanical", "gain")[2:] == ["1", "1: 89"]
+    assert line_of(page_of({"learners-lost": found}, {}), "mechanical", "gain")[2:] == ["1", "1: 89"]
 
 
-def test_a_dead_joint_is_judged_by_what_can_be_attained(made: Any) -> None:
+def test_a_dead_joint_is_judged_by_what_can_be_attained() -> None:
     """Half of its fork is enough where an oracle attains no more, and not where it attains 70 percent."""
-    found = made.Cells(lost_study({("dead-joint-1", seed): 45.0 for seed in (0, 1)}, ("dead-joint-1",)))
+    found = Cells(lost_study({("dead-joint-1", seed): 45.0 for seed in (0, 1)}, ("dead-joint-1",)))
 
     def lost(reference: float) -> tuple[int, int]:
-        looked, those = made.lost_cells(found, {"mechanical": {"references": {"7": {"dead-joint-1": reference}}}})
+        looked, those = lost_cells(found, {"mechanical": {"references": {"7": {"dead-joint-1": reference}}}})
         return looked, sum(map(len, those.values()))
 
     assert lost(0.45) == (2, 0) and lost(0.7) == (2, 2)
-    assert made.lost_cells(found, {}) == (0, {})
+    assert lost_cells(found, {}) == (0, {})
 
 
-def test_damages_that_take_information_away_are_not_in_the_mean(made: Any) -> None:
+def test_damages_that_take_information_away_are_not_in_the_mean() -> None:
     """Two damages that keep it, at 80 and 100 percent of the fork, give 90, whatever a dead joint does."""
     levels = {"none": 90.0, "gain": 72.0, "swapped": 90.0, "dead-joint-1": 9.0, "noise": 9.0}
     every = {("best", damage): (level(90.0), level(value)) for damage, value in levels.items()}
     found = study("learners-damages", 3, every, ("learner", "damage"))
-    page = made.page({"learners-damages": found}, {})
+    page = page_of({"learners-damages": found}, {})
     moment = ("paper-wide", "second five minutes after a damage")
     assert line_of(page, *moment, "mean of 2")[4:] == ["90.0 [90.0, 90.0]", "96", "98", "**floor missed**", "3"]
     assert line_of(page, *moment, "worst: *gain*")[4] == "80.0 [80.0, 80.0]"
     assert "| dead-joint-1 | 10.0 [10.0, 10.0] | 3 |" in page
 
 
-def test_figures_are_drawn(made: Any, tmp_path: Path) -> None:
+def test_figures_are_drawn(tmp_path: Path) -> None:
     """The curve that the README shows, and the panels of all damages."""
     every = {("best", damage): (level(90.0), level(80.0)) for damage in ("none", "gain")}
     damages = study("learners-damages", 2, every, ("learner", "damage"))
-    made.draw({"learners": main_study(90.0, 36.0), "learners-damages": damages}, tmp_path)
+    draw({"learners": main_study(90.0, 36.0), "learners-damages": damages}, tmp_path)
     assert {file.name for file in tmp_path.iterdir()} == {"learners.png", "learners_damages.png"}
 
 
-def test_steps_pool_hits_and_what_could_be_seen(made: Any) -> None:
+def test_steps_pool_hits_and_what_could_be_seen() -> None:
     """A level curve is that level in each step of two minutes."""
-    cells = made.Cells(main_study(90.0, 36.0))
+    cells = Cells(main_study(90.0, 36.0))
     for phase, expected in ((0, 90.0), (1, 36.0)):
-        steps = made.steps(cells, ("paper-wide", "best", "paper"), phase)
-        assert steps.shape == (3, 30 if phase == 0 else 15) and steps == pytest.approx(expected)
+        found = steps(cells, ("paper-wide", "best", "paper"), phase)
+        assert found.shape == (3, 30 if phase == 0 else 15) and found == pytest.approx(expected)
 
 
-def test_the_error_of_the_ceiling_and_the_misses_are_told(made: Any) -> None:
+def test_the_error_of_the_ceiling_and_the_misses_are_told() -> None:
     """A grid that finds 0.505 and not 0.5 says that efficiency is 1 % too high; classes have their names."""
     grids = {"ceiling": 0.5, "ceiling_finer": 0.505, "slivers": 0.02}
     misses = {
         **{"gazes": [0, 1, 5], "by_gazes": [0.4, 0.03, 0.015], "grid": 2089, "frames": 2000},
         **{"ages": [0, 2], "missed_by_age": [0.5, None], "frames_by_age": [80, 0]},
     }
-    page = made.page({}, {"mechanical": {"references": {}, "grids": grids, "misses": misses}})
+    page = page_of({}, {"mechanical": {"references": {}, "grids": grids, "misses": misses}})
     assert "| mechanical | 50.00 | 50.50 | 1.00 | 2.0 |" in page
     assert "| range | 1 to 4 | 5 to 2,089 |" in page and "| mechanical | 3.0 | 1.5 |" in page
     assert "| range | 0 to 1 | 2 and more |" in page and "| mechanical | 50 (80) |  |" in page

@@ -24,8 +24,9 @@ from somatopy.experiment.ceiling import EVERY, ceiling
 from somatopy.experiment.frame import Sink
 from somatopy.experiment.missed import miss_distances
 from somatopy.experiment.progress import ProgressBar, robot_time
-from somatopy.experiment.run_folder import CHECKPOINT, write_json
+from somatopy.experiment.run_folder import CHECKPOINT
 from somatopy.experiment.sight import write_sight
+from somatopy.files import write_json
 from somatopy.posix import require
 
 __all__ = ["Interrupted", "begin", "finish", "fork", "play", "reopen", "resume", "run"]

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import json
 import os
 import secrets
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any
 
-__all__ = ["cache_folder", "is_aside", "write_whole"]
+__all__ = ["cache_folder", "is_aside", "write_json", "write_whole"]
 
 _ASIDE = ".partial"
 
@@ -41,6 +42,16 @@ def write_whole(path: str | os.PathLike[str], content: bytes | str | Callable[[I
             content(file)
         else:
             file.write(content.encode() if isinstance(content, str) else content)
+
+
+def write_json(path: Path, table: Mapping[str, Any]) -> None:
+    """Write a table as JSON, whole or not at all.
+
+    Raises:
+        ValueError: a number is NaN or infinite, which JSON cannot hold. The old content stays.
+        OSError: the file cannot be written. The old content stays.
+    """
+    write_whole(path, json.dumps(table, indent=2, allow_nan=False) + "\n")
 
 
 @contextmanager

@@ -19,7 +19,7 @@ import pytest
 
 from somatopy.analysis import load_run
 from somatopy.cli import main
-from somatopy.experiment import recorder, run_folder
+from somatopy.experiment import provenance, recorder, run_writer
 from somatopy.experiment.checkpoint import read_checkpoint
 from somatopy.experiment.run_folder import CHECKPOINT
 
@@ -42,7 +42,7 @@ def results(folder: Path) -> dict[str, bytes]:
 @pytest.fixture(autouse=True)
 def small_parts(monkeypatch: pytest.MonkeyPatch) -> None:
     """Three parts are 330 frames, in this process too."""
-    for module in (run_folder, recorder):
+    for module in (run_writer, recorder):
         monkeypatch.setattr(module, "PART_FRAMES", PART)
 
 
@@ -68,9 +68,9 @@ def unbroken(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Unbroken:
 SERVER = f"""
 import json, os, sys
 import somatopy.cli.run, somatopy.cli.resume
-from somatopy.experiment import recorder, run_folder, session
-run_folder.PART_FRAMES = recorder.PART_FRAMES = {PART}
-run_folder.CHECKPOINT_S = 0.004
+from somatopy.experiment import recorder, run_writer, session
+run_writer.PART_FRAMES = recorder.PART_FRAMES = {PART}
+run_writer.CHECKPOINT_S = 0.004
 told = os.dup(1)
 os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
 os.dup2(1, 2)
@@ -167,9 +167,9 @@ def new(folder: Path, args: list[str]) -> list[str]:
 SLOW = f"""
 import sys, time
 from somatopy.cli import main
-from somatopy.experiment import recorder, run_folder, session
-run_folder.PART_FRAMES = recorder.PART_FRAMES = {PART}
-run_folder.CHECKPOINT_S = 0.05
+from somatopy.experiment import recorder, run_writer, session
+run_writer.PART_FRAMES = recorder.PART_FRAMES = {PART}
+run_writer.CHECKPOINT_S = 0.05
 frame = session.Session.__next__
 def slow(self):
     time.sleep(0.1)
@@ -331,7 +331,7 @@ def test_other_versions_need_anyway(
     finished: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The message names the option, and the option lets the run go on."""
-    monkeypatch.setattr(run_folder, "versions", lambda: {"somatopy": "99"})
+    monkeypatch.setattr(provenance, "versions", lambda: {"somatopy": "99"})
     for verb in ("resume", "evaluate"):
         assert main([verb, str(finished)]) == 2
         assert "--anyway" in capsys.readouterr().err

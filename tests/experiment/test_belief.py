@@ -55,7 +55,7 @@ def test_asking_changes_no_frame(short: Short, tmp_path: Path, learner: dict[str
 
 def test_it_is_asked_at_the_ends_of_windows_and_phases(short: Short, tmp_path: Path, monkeypatch: Any) -> None:
     """Once where both meet; the phase is the one that ends there."""
-    for module in ("run_folder", "recorder"):
+    for module in ("run_writer", "recorder"):
         monkeypatch.setattr(f"somatopy.experiment.{module}.PART_FRAMES", 40)
     phases = [{"name": name, "frames": frames} for name, frames in (("a", 50), ("b", 30), ("c", 25), ("d", 0))]
     found = arrays(recorded(short(phases=phases), tmp_path / "run"))

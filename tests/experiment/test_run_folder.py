@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 import shutil
 import subprocess
@@ -21,9 +20,9 @@ from somatopy.analysis.runs import Run, load_run
 from somatopy.analysis.summary import write_summary
 from somatopy.bodies import Diverged
 from somatopy.contract import same
-from somatopy.experiment import Description, DescriptionError, RunFolder, Session, provenance, recorder, run_folder
+from somatopy.experiment import Description, DescriptionError, RunFolder, Session, provenance, recorder, run_writer
 from somatopy.experiment.checkpoint import read_checkpoint, write_checkpoint
-from somatopy.experiment.run_folder import CHECKPOINT, write_json
+from somatopy.experiment.run_folder import CHECKPOINT
 from somatopy.interventions import NoIntervention
 from somatopy.learners import FixedGaze
 from somatopy.percept import Percept, Robot
@@ -254,7 +253,7 @@ def test_phases_without_frames(run_short: RunShort, frames: tuple[int, int]) -> 
 @pytest.fixture
 def small_parts(monkeypatch: pytest.MonkeyPatch) -> int:
     """Parts and windows of 50 frames instead of 4,500."""
-    for module in (run_folder, recorder):
+    for module in (run_writer, recorder):
         monkeypatch.setattr(module, "PART_FRAMES", 50)
     return 50
 
@@ -519,13 +518,13 @@ def test_what_a_kill_leaves_behind_is_cleared_away(run_short: RunShort, small_pa
 def checkpoints(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """The frames at which checkpoints are written from now on."""
     written: list[int] = []
-    real = run_folder.write_checkpoint
+    real = run_writer.write_checkpoint
 
     def write(path: Path, state: dict[str, Any]) -> None:
         written.append(state["session"]["done"])
         real(path, state)
 
-    monkeypatch.setattr(run_folder, "write_checkpoint", write)
+    monkeypatch.setattr(run_writer, "write_checkpoint", write)
     return written
 
 
@@ -534,7 +533,7 @@ def test_checkpoints_come_by_the_clock_and_at_ends(run_short: RunShort, monkeypa
     written = checkpoints(monkeypatch)
     phases = [{"name": "a", "frames": 6}, {"name": "none", "frames": 0}, {"name": "b", "frames": 4}]
     for every, expected in ((float("inf"), [0, 6, 10]), (-1.0, list(range(11)))):
-        monkeypatch.setattr(run_folder, "CHECKPOINT_S", every)
+        monkeypatch.setattr(run_writer, "CHECKPOINT_S", every)
         written.clear()
         path = run_short(str(every), phases=phases).path
         assert written == expected
@@ -609,8 +608,8 @@ def test_another_version_or_code_is_refused_unless_asked_for(
     """What differs is named; gone on with all the same, both authors stand in the description, the old one first."""
     start(short(), tmp_path / "run", 30)
     before = load_run(tmp_path / "run").description
-    folder, real = RunFolder(tmp_path / "run"), run_folder.versions()
-    monkeypatch.setattr(run_folder, "versions", lambda: real | {"mujoco": "9.9.9"})
+    folder, real = RunFolder(tmp_path / "run"), provenance.versions()
+    monkeypatch.setattr(provenance, "versions", lambda: real | {"mujoco": "9.9.9"})
     said = refusal(folder.path)
     assert "versions.mujoco differs" in said and "--anyway" in said
     for stop in (40, ALL):
@@ -620,8 +619,8 @@ def test_another_version_or_code_is_refused_unless_asked_for(
     assert {key: after[key] for key in before} == before
     assert [entry["frame"] for entry in after["resumed"]] == [30]
     assert after["resumed"][0]["versions"]["mujoco"] == "9.9.9"
-    monkeypatch.setattr(run_folder, "versions", lambda: real)
-    monkeypatch.setattr(run_folder, "written_by", lambda parts: {"code": "other"})
+    monkeypatch.setattr(provenance, "versions", lambda: real)
+    monkeypatch.setattr(provenance, "written_by", lambda parts: {"code": "other"})
     assert "code" in refusal(folder.path)
 
 
@@ -644,10 +643,10 @@ def test_the_commit_is_recorded_where_the_sources_have_one(tmp_path: Path, monke
 
 def test_another_commit_of_the_same_code_goes_on(short: Short, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A commit that changes no code that frames depend on is written down, and is no reason to refuse."""
-    folder, real = RunFolder(tmp_path / "run"), run_folder.written_by
-    monkeypatch.setattr(run_folder, "written_by", lambda parts: real(parts) | {"commit": "a"})
+    folder, real = RunFolder(tmp_path / "run"), provenance.written_by
+    monkeypatch.setattr(provenance, "written_by", lambda parts: real(parts) | {"commit": "a"})
     start(short(), folder.path, 10)
-    monkeypatch.setattr(run_folder, "written_by", lambda parts: real(parts) | {"commit": "b"})
+    monkeypatch.setattr(provenance, "written_by", lambda parts: real(parts) | {"commit": "b"})
     go_on(folder.path)
     assert load_run(folder.path).description["resumed"][0]["written_by"]["commit"] == "b"
 
@@ -730,8 +729,8 @@ def test_joints_may_have_any_name(short: Short, tmp_path: Path) -> None:
 
 KILLED = """
 import sys
-from somatopy.experiment import RunFolder, Session, load_description, recorder, run_folder
-recorder.PART_FRAMES = run_folder.PART_FRAMES = 40
+from somatopy.experiment import RunFolder, Session, load_description, recorder, run_writer
+recorder.PART_FRAMES = run_writer.PART_FRAMES = 40
 with Session(load_description(sys.argv[1])) as session:
     with RunFolder.new(sys.argv[2], session.description).recording(session):
         for frame in session:
@@ -834,16 +833,6 @@ def test_the_lock_ends_with_its_process(tmp_path: Path) -> None:
         pass
 
 
-def test_json_replaces_as_a_whole_and_refuses_nan(tmp_path: Path) -> None:
-    """The old file stays if the new one cannot be written; no reader meets NaN."""
-    path = tmp_path / "table.json"
-    write_json(path, {"a": 1})
-    with pytest.raises(ValueError, match="JSON"):
-        write_json(path, {"a": float("nan")})
-    assert json.loads(path.read_text()) == {"a": 1}
-    assert [entry.name for entry in tmp_path.iterdir()] == ["table.json"]
-
-
 @pytest.mark.parametrize("when", ["begins", "goes on"])
 def test_the_description_is_there_as_a_whole_or_not_at_all(
     short: Short, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, when: str
@@ -852,8 +841,8 @@ def test_the_description_is_there_as_a_whole_or_not_at_all(
     path = tmp_path / "run"
     if when == "goes on":
         start(short(), path, 20)
-        real = run_folder.versions()
-        monkeypatch.setattr(run_folder, "versions", lambda: real | {"numpy": "0"})
+        real = provenance.versions()
+        monkeypatch.setattr(provenance, "versions", lambda: real | {"numpy": "0"})
     before = (path / "experiment.toml").read_bytes() if path.exists() else None
 
     def fail(*args: object) -> None:

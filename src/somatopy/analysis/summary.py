@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import asdict
 from itertools import pairwise
 from typing import Any
@@ -16,7 +15,7 @@ from somatopy.analysis.phases import damage_text
 from somatopy.analysis.runs import Run, RunFolderError, writing
 from somatopy.analysis.trends import fit_trends
 from somatopy.analysis.windows import hits_per_window, moving_mean
-from somatopy.files import write_whole
+from somatopy.files import write_json
 from somatopy.percept import Floats
 
 __all__ = ["summarise", "write_summary"]
@@ -69,7 +68,7 @@ def write_summary(run: Run) -> dict[str, Any]:
     """
     summary = summarise(run)
     with writing(run.path / "summary.json") as path:
-        write_whole(path, json.dumps(summary, indent=2, allow_nan=False) + "\n")
+        write_json(path, summary)
     return summary
 
 

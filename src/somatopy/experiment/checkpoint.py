@@ -12,8 +12,10 @@ import numpy as np
 from somatopy.experiment.description import DescriptionError
 from somatopy.files import write_whole
 
-__all__ = ["read_checkpoint", "size_of", "write_checkpoint"]
+__all__ = ["CHECKPOINT", "read_checkpoint", "size_of", "write_checkpoint"]
 
+#: The file's name in a run folder.
+CHECKPOINT = "checkpoint.npz"
 _PLAIN = "plain"
 #: Stands in the place of an array, with the array's number.
 _ARRAY = "array in this file, by its number"

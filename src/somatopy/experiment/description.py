@@ -25,6 +25,7 @@ from somatopy.registry import BABBLERS, BODIES, EYES, INTERVENTIONS, LEARNERS, S
 from somatopy.validation import explain
 
 __all__ = [
+    "DESCRIPTION",
     "FORMAT",
     "NO_DAMAGE",
     "Description",
@@ -38,6 +39,8 @@ __all__ = [
 
 #: Of experiment.toml and the rest of a run folder.
 FORMAT = 2
+#: The file's name in a run folder.
+DESCRIPTION = "experiment.toml"
 #: Tables that a run folder writes beside its description.
 RECORDS = ("format", "versions", "written_by", "resumed", "cite", "remarks")
 #: Kinds of intervention that are no damage: they touch the learner alone.

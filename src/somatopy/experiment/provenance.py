@@ -8,13 +8,17 @@ import inspect
 import platform
 import subprocess
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-__all__ = ["CITE", "OWN_CODE", "code_of", "differences", "digest", "meaning", "versions", "written_by"]
+from pydantic import BaseModel
+
+from somatopy.registry import HANDED_OVER, Settings
+
+__all__ = ["CITE", "OWN_CODE", "author_of", "code_of", "differences", "digest", "meaning", "versions", "written_by"]
 
 CITE = (
     "G. Schillaci, V. V. Hafner, B. Lara: Online Learning of Visuo-Motor Coordination in a Humanoid Robot. "
@@ -57,6 +61,30 @@ def written_by(parts: Iterable[object]) -> dict[str, str]:
         "python": platform.python_version(),
         "platform": f"{sys.platform} {platform.machine()}",
     }
+
+
+def author_of(parts: Iterable[object], description: BaseModel) -> dict[str, Any]:
+    """Versions, code, commit, Python and platform of what runs an experiment.
+
+    Args:
+        parts: the parts of the experiment.
+        description: its description. Modules that it names count as those of the parts do.
+    """
+    return {"versions": versions(), **written_by([*parts, *_named(description)])}
+
+
+def _named(value: Any) -> Iterator[Settings]:
+    """All settings in a description whose part is named and not handed over: the module that is named counts, too."""
+    if isinstance(value, Settings) and not value.kind.startswith(HANDED_OVER):
+        yield value
+    if isinstance(value, Settings):
+        inner: Iterable[Any] = vars(value).values()
+    elif isinstance(value, BaseModel):
+        inner = (entry for _, entry in value)
+    else:
+        inner = value if isinstance(value, tuple) else ()
+    for entry in inner:
+        yield from _named(entry)
 
 
 def code_of(parts: Iterable[object]) -> str:

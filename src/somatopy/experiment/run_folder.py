@@ -2,54 +2,34 @@
 
 from __future__ import annotations
 
-import json
-import shutil
-from array import array
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from datetime import datetime
 from itertools import count
 from pathlib import Path
-from time import perf_counter
 from typing import Any, Self
 
-import numpy as np
-import tomli_w
-from pydantic import BaseModel
-
-from somatopy.experiment.belief import Beliefs
 from somatopy.experiment.building import handed_over_again
-from somatopy.experiment.checkpoint import read_checkpoint, size_of, write_checkpoint
+from somatopy.experiment.checkpoint import CHECKPOINT, read_checkpoint
 from somatopy.experiment.description import (
-    FORMAT,
+    DESCRIPTION,
     Description,
     DescriptionError,
     load_description,
     read_table,
     validated,
 )
-from somatopy.experiment.frame import PARTS, Frame
-from somatopy.experiment.provenance import CITE, OWN_CODE, differences, versions, written_by
-from somatopy.experiment.recorder import PART_FRAMES, Recorder
+from somatopy.experiment.provenance import OWN_CODE, author_of, differences
+from somatopy.experiment.run_writer import RunWriter
 from somatopy.experiment.session import Session
-from somatopy.files import is_aside, write_whole
-from somatopy.posix import alone, peak_memory
-from somatopy.registry import HANDED_OVER, Settings
+from somatopy.posix import alone
 
-__all__ = ["CHECKPOINT", "CHECKPOINT_S", "DESCRIPTION", "RunFolder", "write_json"]
+__all__ = ["CHECKPOINT", "DESCRIPTION", "RunFolder"]
 
-DESCRIPTION, CHECKPOINT = "experiment.toml", "checkpoint.npz"
-#: Wall time between two checkpoints.
-CHECKPOINT_S = 20.0
 #: Recorded, but no reason to refuse: the code's digest tells whether frames could differ.
 _COMMIT = "commit"
 #: What a run writes before its first frame.
 _FIRST = (DESCRIPTION, CHECKPOINT, "cost.json", "frames", ".lock")
-
-
-def write_json(path: Path, table: Mapping[str, Any]) -> None:
-    """Write a table as JSON, whole or not at all. NaN is refused."""
-    write_whole(path, json.dumps(table, indent=2, allow_nan=False) + "\n")
 
 
 class RunFolder:
@@ -163,7 +143,7 @@ class RunFolder:
             if not forked:
                 self._check_description(found, session)
             if not anyway:
-                self._check_author(found["written_by"], _author(session), forked)
+                self._check_author(found["written_by"], author_of(session.parts, session.description), forked)
             session.restore(found["session"])
         except (KeyError, TypeError, ValueError, IndexError) as error:
             if isinstance(error, DescriptionError):
@@ -172,7 +152,7 @@ class RunFolder:
         return found
 
     def _check_description(self, found: dict[str, Any], session: Session) -> None:
-        changed = differences(found["description"], _plain(session.description))
+        changed = differences(found["description"], session.description.model_dump(mode="json"))
         if changed:
             raise DescriptionError(
                 f"{self.path / DESCRIPTION} is not what this run began with: {', '.join(changed)} "
@@ -198,9 +178,9 @@ class RunFolder:
     def recording(self, session: Session, since: dict[str, Any] | None = None, *, maps: bool = True) -> Iterator[None]:
         """Record the frames of a session while the context lasts.
 
-        Checkpoints are written at the start, every `CHECKPOINT_S` seconds, with every part of the record, at the end of
-        each phase, and at the end of the context. The last one is also written after an error, unless the error broke
-        off a frame. If an error comes before anything was recorded, the folder is left empty.
+        Checkpoints are written at the start, every 20 seconds, with every part of the record, at the end of each phase,
+        and at the end of the context. The last one is also written after an error, unless the error broke off a frame.
+        If an error comes before anything was recorded, the folder is left empty.
 
         Args:
             session: the session whose frames are recorded.
@@ -214,7 +194,7 @@ class RunFolder:
         """
         with self.locked(), self._emptied_if_nothing_ran(session, since):
             self._check_newest(since)
-            writer = _Writer(self, session, since, maps)
+            writer = RunWriter(self.path, session, since, maps)
             session.attach(writer)
             try:
                 yield
@@ -231,18 +211,6 @@ class RunFolder:
                 f"{self.path} stands at frame {newest}, and the checkpoint that was read at frame {read}: another "
                 "process went on with this run in the meantime; nothing was changed. Resume it again."
             )
-
-    def begin(self, session: Session) -> None:
-        """Write the complete description, with versions, references to cite, and remarks of the interventions."""
-        table = {"format": FORMAT, **_without_none(_plain(session.description)), **_author_tables(session)}
-        remarks = {"remarks": session.remarks} if session.remarks else {}
-        write_whole(self.path / DESCRIPTION, tomli_w.dumps(table | remarks | {"cite": list(CITE)}))
-
-    def append(self, session: Session) -> None:
-        """Add versions and code to the description, if those that continue the run differ from those that began it."""
-        text = (self.path / DESCRIPTION).read_text(encoding="utf-8")
-        entry = {"resumed": [{"frame": session.done, **_author_tables(session)}]}
-        write_whole(self.path / DESCRIPTION, f"{text.rstrip()}\n\n{tomli_w.dumps(entry)}")
 
     @contextmanager
     def locked(self) -> Iterator[None]:
@@ -277,105 +245,6 @@ class RunFolder:
             raise
 
 
-class _Writer:
-    """The sink that writes a session's frames, maps, checkpoints and cost into its folder."""
-
-    def __init__(self, folder: RunFolder, session: Session, since: dict[str, Any] | None, maps: bool) -> None:
-        self._path, self._session, self._maps = folder.path, session, maps
-        self._author = _author(session)
-        self._recorder = Recorder(self._path / "frames", session)
-        self._seconds, self._learned = 0.0, array("d")
-        self._wall_before, self._began, self._first = 0.0, perf_counter(), session.done
-        self._saved_at, self._saved = perf_counter(), -1
-        new = not (self._path / DESCRIPTION).exists()
-        if new:
-            folder.begin(session)
-        elif since and differences(since["written_by"], self._author):
-            folder.append(session)
-        elif since:
-            self._saved = session.done
-        if since:
-            self._recorder.restore(since["recorder"])
-            for aside in filter(is_aside, [*self._path.iterdir(), *self._path.glob("maps/*")]):
-                aside.unlink()
-            self._wall_before, self._seconds = float(since["wall_s"]), float(since["record_s"])
-        self._beliefs = Beliefs.of(session, since) if maps else None
-        if new:
-            self._save()
-
-    def __call__(self, frame: Frame) -> None:
-        start = perf_counter()
-        self._recorder(frame)
-        self._learned.append(frame.seconds["learn"])
-        full = self._recorder.frames % PART_FRAMES == 0
-        if full:
-            self._keep_maps()
-        if self._beliefs and (full or frame.ends):
-            self._beliefs.note(self._session)
-        now = perf_counter()
-        self._seconds += now - start
-        if full or frame.ends or now - self._saved_at > CHECKPOINT_S:
-            self._save()
-
-    def _keep_maps(self) -> None:
-        """Write what was learned so far, if there is anything, at the end of a window."""
-        maps = self._session.learner.maps() if self._maps else {}
-        if maps:
-            target = self._path / "maps" / f"window-{self._recorder.frames // PART_FRAMES - 1:05d}.npz"
-            target.parent.mkdir(exist_ok=True)
-            frame = np.array(self._recorder.frames)
-            write_whole(target, lambda file: np.savez_compressed(file, allow_pickle=False, **{"frame": frame, **maps}))
-
-    def _save(self) -> None:
-        """Write a checkpoint, and keep it for good where a phase has ended."""
-        session = self._session
-        if not (session.resumable and session.whole and self._recorder.frames == session.done):
-            return
-        state = {
-            "description": _plain(session.description),
-            "written_by": self._author,
-            "session": session.state(),
-            "recorder": self._recorder.state(),
-            "beliefs": self._beliefs.arrays if self._beliefs else {},
-            "wall_s": self._wall(),
-            "record_s": self._seconds,
-        }
-        write_checkpoint(self._path / CHECKPOINT, state)
-        for index, end in enumerate(session.ends):
-            if end == session.done:
-                with (self._path / CHECKPOINT).open("rb") as source:
-                    write_whole(self._path / f"phase-{index}.npz", lambda file: shutil.copyfileobj(source, file))
-        self._saved_at, self._saved = perf_counter(), session.done
-
-    def close(self) -> None:
-        """Write what is still in memory, a last checkpoint and the cost."""
-        try:
-            if self._saved != self._session.done:
-                self._save()
-        finally:
-            self._recorder.close()
-            if self._beliefs:
-                self._beliefs.write(self._path)
-        if self._session.done > self._first or not (self._path / "cost.json").exists():
-            write_json(self._path / "cost.json", self._cost())
-
-    def _wall(self) -> float:
-        return self._wall_before + perf_counter() - self._began
-
-    def _cost(self) -> dict[str, object]:
-        wall, done = self._wall(), self._session.done
-        seconds = self._session.seconds | {"record": self._seconds}
-        return {
-            "wall_s": wall,
-            "frames": done,
-            "frames_per_s": done / wall if wall else None,
-            "peak_memory_bytes": peak_memory(),
-            "microseconds_per_frame": {part: 1e6 * seconds[part] / max(1, done) for part in (*PARTS, "record")},
-            "learner_us": 1e6 * float(np.median(self._learned)) if self._learned else None,
-            "learner_bytes": size_of(self._session.learner.state()),
-        }
-
-
 def _prepare(path: Path) -> None:
     """Make the folder that was asked for, if it is not there and empty."""
     with _said_of_folder(path):
@@ -396,40 +265,3 @@ def _said_of_folder(path: Path) -> Iterator[None]:
         raise DescriptionError(
             f"Cannot write to the output folder {path}: {error.strerror}. Name another with --out."
         ) from error
-
-
-def _plain(description: Description) -> dict[str, Any]:
-    """A description as JSON has it."""
-    table: dict[str, Any] = description.model_dump(mode="json")
-    return table
-
-
-def _author(session: Session) -> dict[str, Any]:
-    """Versions, code, commit, Python and platform."""
-    return {"versions": versions(), **written_by([*session.parts, *_named(session.description)])}
-
-
-def _named(value: Any) -> Iterator[Settings]:
-    """All settings in a description whose part is named and not handed over: the module that is named counts, too."""
-    if isinstance(value, Settings) and not value.kind.startswith(HANDED_OVER):
-        yield value
-    if isinstance(value, Settings):
-        inner: Iterable[Any] = vars(value).values()
-    elif isinstance(value, BaseModel):
-        inner = (entry for _, entry in value)
-    else:
-        inner = value if isinstance(value, tuple) else ()
-    for entry in inner:
-        yield from _named(entry)
-
-
-def _author_tables(session: Session) -> dict[str, Any]:
-    author = _author(session)
-    return {"versions": author.pop("versions"), "written_by": author}
-
-
-def _without_none(value: Any) -> Any:
-    """TOML has no null: an absent key means the default."""
-    if isinstance(value, dict):
-        return {k: _without_none(v) for k, v in value.items() if v is not None}
-    return [_without_none(v) for v in value] if isinstance(value, list) else value

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from itertools import chain
 from time import perf_counter
@@ -12,22 +12,19 @@ from typing import Any, Self
 import numpy as np
 
 from somatopy.clock import FRAME
-from somatopy.contract import Babbler, Body, Eye, Intervention, Learner, Recorded, Resumable, SharesArm
+from somatopy.contract import Babbler, Body, Eye, Intervention, Learner, Resumable, SharesArm
 from somatopy.experiment.building import built, hand_over, said_of
-from somatopy.experiment.columns import check_names, vector_columns
 from somatopy.experiment.context import Context, stream
 from somatopy.experiment.description import Description, DescriptionError
 from somatopy.experiment.frame import PARTS, Frame, Sink
 from somatopy.experiment.look import require_sight
 from somatopy.experiment.phases import PhaseInterventions, Place
+from somatopy.experiment.probes import Probes
 from somatopy.experiment.provenance import code_of
-from somatopy.percept import Column, Floats, Percept, Picture, Reading, Sighting
+from somatopy.percept import Floats, Percept, Picture, Reading, Sighting
 from somatopy.registry import HANDED_OVER, Settings
 
 __all__ = ["Session"]
-
-#: What a column has in frames of which its part says nothing.
-_SILENT: dict[str, float] = {"float": float("nan"), "int": -1, "bool": False}
 
 
 class Session:
@@ -99,7 +96,8 @@ class Session:
                 require_sight(self._context("look"), self.eye)
             self.learner: Learner = self._build_learner("learner")
             self._phases = [self._build_phase(index) for index in range(len(self.description.phases))]
-            self.columns = self._declare_columns()
+            self._probes = Probes(self.description.phases, self.body, self.eye, self.learner, self.interventions)
+            self.columns = self._probes.columns
             self._try_drawing()
             undo.pop_all()
         self._sinks: list[Sink] = []
@@ -140,7 +138,7 @@ class Session:
         self.learner.observe(percept)  # 4 to 7: normalise, maps learn, winners, links learn
         gaze = self.learner.gaze(percept)  # 8 gaze
         learned = perf_counter()
-        probes, drawn = self._probes(phase), self._draw(reading)
+        probes, drawn = self._probes.of(self.learner, self.eye, phase.interventions), self._draw(reading)
         shown = perf_counter()
         self._reading = self.body.step(*phase.act(target, gaze))  # 9 the body advances, as interventions let it
         stepped = perf_counter()
@@ -226,14 +224,6 @@ class Session:
     def ends(self) -> list[int]:
         """For each phase, the number of the frame after its last one."""
         return list(self._starts[1:])
-
-    def _probes(self, parts: PhaseInterventions) -> dict[str, float]:
-        """What the parts say of this frame; interventions of other phases have nothing to say."""
-        found = {**self._silent, **self.learner.probes()}
-        for part in (self.eye, *parts.interventions) if self._others_record else ():
-            if isinstance(part, Recorded):
-                found.update(part.probes())
-        return found
 
     # -- looking on, stopping, going on --------------------------------------------------------------------------------
 
@@ -439,27 +429,6 @@ class Session:
         if getattr(self.eye, "needs_pictures", False) and self._reading.image is not None:
             self._reading.image()
 
-    def _declare_columns(self) -> tuple[Column, ...]:
-        """The columns of eye, learner and interventions; a kind of intervention counts once, if in several phases.
-
-        Two of a kind in one phase would write the same columns: these count twice, and are refused.
-        """
-        owners: list[tuple[str, int, Any]] = [("the eye", 0, self.eye), ("the learner", 0, self.learner)]
-        for phase, parts in zip(self.description.phases, self._phases, strict=True):
-            kinds = [settings.kind for settings in phase.interventions]
-            for k, (kind, intervention) in enumerate(zip(kinds, parts.interventions, strict=True)):
-                owners.append((f"the {kind} intervention", kinds[:k].count(kind), intervention))
-        found = list(dict.fromkeys((name, nth, column) for name, nth, part in owners for column in _columns_of(part)))
-        recording = [part for _, _, part in owners if part is not self.learner and _columns_of(part)]
-        self._others_record = bool(recording)
-        self._silent = {c.name: _SILENT[c.type] for part in recording for c in _columns_of(part)}
-        try:
-            vectors = [("a frame", column) for column, _, _ in vector_columns(self.body)]
-            check_names([*vectors, *((name, column) for name, _, column in found)])
-        except ValueError as error:
-            raise DescriptionError(f"Frames cannot be recorded: {error}.") from error
-        return tuple(column for _, _, column in found)
-
     def _build_phase(self, index: int) -> PhaseInterventions:
         phase, places = self.description.phases[index], []
         for number, settings in enumerate(phase.interventions):
@@ -471,11 +440,6 @@ class Session:
                 intervention.check(place)
             places.append(place)
         return PhaseInterventions(places)
-
-
-def _columns_of(part: Any) -> Sequence[Column]:
-    declared: Sequence[Column] = getattr(part, "columns", ())
-    return declared
 
 
 def _percept(reading: Reading, sighting: Sighting | None) -> Percept:

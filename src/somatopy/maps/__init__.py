@@ -1,6 +1,6 @@
 """Self-organising maps that learn one input at a time."""
 
-from somatopy.maps.base import Map, Topology
+from somatopy.maps.base import Map
 from somatopy.maps.check import check_map
 from somatopy.maps.classifier import MapClassifier
 from somatopy.maps.dsom import DSOM
@@ -12,6 +12,7 @@ from somatopy.maps.lattice import Lattice
 from somatopy.maps.neural_gas import NeuralGas
 from somatopy.maps.som import SOM
 from somatopy.maps.storage import load_map
+from somatopy.maps.topology import Topology
 from somatopy.registry import MAPS
 
 MAPS.add("dsom", "somatopy.maps.dsom:DSOM")

@@ -6,7 +6,7 @@ import os
 from abc import abstractmethod
 from collections.abc import Iterator, Mapping
 from copy import deepcopy
-from typing import Any, ClassVar, Protocol, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,31 +18,15 @@ from somatopy.maps.distances import squared_distances
 from somatopy.maps.fitting import LearnsTables
 from somatopy.maps.inputs import LIMITS, MISSING, real, refusal, restored, unusable
 from somatopy.maps.start import check_units
+from somatopy.maps.topology import Topology
 
-__all__ = ["Map", "Topology"]
+__all__ = ["Map"]
 
 Array = NDArray[Any]
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 CHUNK = 2**22  # distances worked on at a time
-
-
-class Topology(Protocol):
-    """Which units are neighbours."""
-
-    @property
-    def edges(self) -> Integers:
-        """Pairs of units that are joined, shape (edges, 2), the lower number first, each pair once."""
-        ...
-
-    def adjacent(self, a: ArrayLike, b: ArrayLike) -> NDArray[np.bool_]:
-        """Whether units a and b are neighbours."""
-        ...
-
-    def distances(self, unit: int) -> Floats:
-        """Distance of every unit from one, within the map, shape (units,); infinite where nothing joins them."""
-        ...
 
 
 class Map(LearnsTables, ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator):  # type: ignore[misc]

@@ -20,12 +20,13 @@ from numpy.typing import ArrayLike, NDArray
 from sklearn.exceptions import NotFittedError
 from sklearn.utils.validation import check_consistent_length
 
-from somatopy.maps.base import Map, Topology
+from somatopy.maps.base import Map
 from somatopy.maps.columns import chosen_columns, column_names
 from somatopy.maps.lattice import ROW_HEIGHT, Lattice
 from somatopy.maps.picture_axes import Beside, enough_axes, labelled, new_axes, plane, space
 from somatopy.maps.quality import History, winner_counts
 from somatopy.maps.quality.looking import codes_of, topology_of
+from somatopy.maps.topology import Topology
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

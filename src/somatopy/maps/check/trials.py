@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 from sklearn.exceptions import NotFittedError
 
-from somatopy.maps.base import Map, Topology
+from somatopy.maps.base import Map
+from somatopy.maps.topology import Topology
 
 __all__ = ["DIMS", "GAPPY", "INPUTS", "Make", "Maps", "closeness", "play", "shown", "state_of", "topology_of"]
 

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from sklearn.utils.validation import check_is_fitted
 
-from somatopy.maps.base import Map, Topology
+from somatopy.maps.base import Map
+from somatopy.maps.topology import Topology
 
 __all__ = ["BLOCK", "Tally", "blocks", "codes_of", "pieces", "residuals", "tally", "topology_of"]
 
