@@ -189,6 +189,31 @@ def test_a_narrow_window_is_not_wider_than_itself(browser: Any, page: Path) -> N
     browser.set_window_size(1300, 1000)
 
 
+#: Words of plots, and of the headings above them, that a button of the plot's toolbar stands on.
+UNDER_BUTTONS = """
+const box = (part) => part.getBoundingClientRect();
+const over = (a, b) => a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom;
+return [...document.querySelectorAll('.js-plotly-plot')].flatMap((chart) => {
+  const buttons = [...chart.querySelectorAll('.modebar-btn')].map(box);
+  const heading = document.createRange();
+  heading.selectNodeContents(document.getElementById(chart.getAttribute('aria-labelledby')));
+  const words = [...chart.querySelectorAll('svg text')].map((text) => [text.textContent, [box(text)]]);
+  return [...words, [heading.toString(), [...heading.getClientRects()]]]
+    .filter(([, boxes]) => !buttons.length || boxes.some((word) => buttons.some((button) => over(word, button))))
+    .map(([text]) => [chart.id, text]);
+});
+"""
+
+
+@pytest.mark.parametrize("width", [800, 500])
+def test_the_toolbar_of_a_plot_stands_on_no_words(browser: Any, page: Path, width: int) -> None:
+    """Neither on the legend nor on the heading; every plot has buttons."""
+    browser.set_window_size(width, 1000)
+    open_page(browser, page)
+    assert browser.execute_script(UNDER_BUTTONS) == []
+    browser.set_window_size(1300, 1000)
+
+
 def test_nothing_is_fetched_and_nothing_complained_of(
     browser: Any, page: Path, rich_folder: Path, rich_copy: Any, tmp_path: Path
 ) -> None:
