@@ -263,10 +263,12 @@ def test_a_study_is_drawn_and_tabled(browser: Any, studies: Any, study_pages: di
         rows = "return document.querySelectorAll('{} tbody tr').length"
         assert browser.execute_script(rows.format("#means .means")) == 2 * conditions
         assert browser.execute_script(rows.format("#differences details:first-of-type")) == 2 * (conditions - 1)
-        assert count(browser, "rates", ".scatterlayer .point") == conditions * (2 * (5 + 1) + 1)
-        assert browser.execute_script(UNDRAWN) == max(0, conditions - 12)  # folded
+        marks, folded = 2 * (5 + 1) + 1, max(0, conditions - 12)
+        assert count(browser, "rates", ".scatterlayer .point") == min(12, conditions) * marks
+        assert browser.execute_script(UNDRAWN) == folded + (folded > 0)  # each condition's hits, and the rates of all
         browser.execute_script("document.querySelectorAll('.more').forEach((d) => { d.open = true; })")
         WebDriverWait(browser, 10).until(lambda driver: driver.execute_script(UNDRAWN) == 0)
+        assert count(browser, "rates-more", ".scatterlayer .point") == folded * marks
         assert requests(browser) == {study_pages[name].as_uri()}
         assert browser.get_log("browser") == []
     assert count(browser, "hits-7", ".scatterlayer .point") == 5 * 4
