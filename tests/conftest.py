@@ -1,4 +1,4 @@
-"""Hypothesis without a clock; the markers `gl`, `osmesa`, `browser`, `cluster`, `robots`: no silent skips."""
+"""Hypothesis without a clock; Chromium; the markers `gl`, `osmesa`, `browser`, `cluster`, `robots`: no silent skips."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import shutil
 import subprocess
 from collections.abc import Generator
 from functools import cache
+from typing import Any
 
 import pytest
 from hypothesis import settings
@@ -25,6 +26,21 @@ REASONS = {
     "cluster": "needs Ray nodes",
     "robots": "needs packages with robots",
 }
+
+#: How Chromium is started: without a window, and without anything that it would fetch by itself.
+FLAGS = (
+    "--headless=new",
+    "--no-sandbox",
+    "--enable-unsafe-swiftshader",
+    "--use-angle=swiftshader",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--disable-dev-shm-usage",
+    "--window-size=1300,1000",
+)
 
 #: A command in a network of its own, where only the loopback is. Who is not root is so in a user namespace only.
 NAMESPACE = ("unshare", "--net") if os.geteuid() == 0 else ("unshare", "--map-root-user", "--net")
@@ -94,6 +110,22 @@ def cache_of_its_own(tmp_path_factory: pytest.TempPathFactory) -> Generator[None
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
         yield
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Generator[Any, None, None]:
+    """Chromium without a window, with a profile of its own, that keeps a log of its console and of requests."""
+    from selenium import webdriver
+    from selenium.webdriver.chrome.service import Service
+
+    options = webdriver.ChromeOptions()
+    options.binary_location = str(shutil.which("chromium"))
+    for flag in (*FLAGS, f"--user-data-dir={tmp_path_factory.mktemp('profile')}"):
+        options.add_argument(flag)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
+    driver = webdriver.Chrome(options=options, service=Service(shutil.which("chromedriver")))
+    yield driver
+    driver.quit()
 
 
 def pytest_collection_finish() -> None:

@@ -502,6 +502,25 @@ def test_a_fork_needs_a_run_and_an_empty_folder(tiny: Description, tmp_path: Pat
         fork(trained, description, out=trained)
 
 
+@pytest.mark.parametrize(
+    ("where", "name", "existed"), [(Twist, "begin", False), (Twist, "sense", True), (shutil, "copy2", False)]
+)
+def test_a_fork_without_a_frame_of_its_own_leaves_its_folder_as_it_was(
+    tiny: Description, tmp_path: Path, trained: Path, where: Any, name: str, existed: bool
+) -> None:
+    """So that the same command can be given again: where a part fails as its phase begins, or a copy does."""
+    description, folder = tiny.replaced(phases=[FIRST, {"name": "new", "frames": 10}]), tmp_path / "forked"
+    own = {"interventions": {"new": [Twist]}}
+    before = contents(trained)
+    if existed:
+        folder.mkdir()
+    with pytest.MonkeyPatch.context() as patch, pytest.raises(ZeroDivisionError):
+        patch.setattr(where, name, lambda *_: 1 / 0)
+        fork(trained, description, out=folder, **own)
+    assert folder.exists() == existed and not list(folder.glob("*"))
+    assert contents(trained) == before and fork(trained, description, out=folder, ceiling=False, **own)
+
+
 def test_a_learner_of_your_own_may_stand_in_any_experiment(tiny: Description, tmp_path: Path) -> None:
     """It gets a robot, which has limits and image size, and a generator; its name is in the run folder."""
     given: list[Any] = []

@@ -6,10 +6,8 @@ import json
 import os
 import re
 import runpy
-import shutil
 import subprocess
 import sys
-from collections.abc import Iterator
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -22,7 +20,6 @@ import somatopy
 ROOT = Path(__file__).parents[1]
 TUTORIALS = sorted((ROOT / "examples" / "tutorials").glob("*.py"))
 NUMBER = re.compile(r"[-+−]?\d[\d.,e+%-]*")
-FLAGS = ("--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--no-first-run")
 DRAWN = "return [...document.querySelectorAll('h1, article img, math')].map(part => part.getBoundingClientRect().width)"
 
 
@@ -89,22 +86,6 @@ def test_nothing_of_a_docstrings_source_is_left(site: Path) -> None:
     text = "".join(page.read_text(encoding="utf-8") for page in (site / "api").glob("*.html"))
     assert "<math" in text and ":math:" not in text and ".. math::" not in text
     assert not re.search(r"<p>[^<]*(&gt;&gt;&gt;|Args:|Returns:|Raises:|Example:)", text)
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
-    """Chromium without a window, that keeps a log of its console and of requests."""
-    from selenium import webdriver
-    from selenium.webdriver.chrome.service import Service
-
-    options = webdriver.ChromeOptions()
-    options.binary_location = str(shutil.which("chromium"))
-    for flag in (*FLAGS, f"--user-data-dir={tmp_path_factory.mktemp('profile')}"):
-        options.add_argument(flag)
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
-    driver = webdriver.Chrome(options=options, service=Service(shutil.which("chromedriver")))
-    yield driver
-    driver.quit()
 
 
 @pytest.mark.browser

@@ -171,6 +171,14 @@ def test_columns_of_parts_are_probes_without_a_unit() -> None:
     assert column == Column("winner", "int", "the winner") != replace(column, unit="rad")
 
 
+@pytest.mark.parametrize("unknown", ["integer", "", float])
+def test_a_column_of_an_unknown_type_is_refused(unknown: Any) -> None:
+    """When it is made, and so before a run begins; the error names the column, the value and what is valid."""
+    with pytest.raises(ValueError, match="'winner'") as caught:
+        Column("winner", unknown, "the winner")
+    assert repr(unknown) in str(caught.value) and "one of 'float', 'int', 'bool'" in str(caught.value)
+
+
 # -- pictures --------------------------------------------------------------------------------------------------------
 
 

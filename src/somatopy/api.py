@@ -170,8 +170,9 @@ def fork(
             )
         since = source.restore(session, end, anyway=anyway, forked=True)
         target = RunFolder.new(out, new)
-        _take_over(source.path, target.path, since["recorder"]["parts"], phase)
-        play(session, target, since, progress=progress, maps=maps)
+        with target.emptied_if_nothing_ran(session):
+            _take_over(source.path, target.path, since["recorder"]["parts"], phase)
+            play(session, target, since, progress=progress, maps=maps)
         return finish(session, target.path, bounds=ceiling, every=every, maps=maps)
 
 

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from time import perf_counter
 from types import MappingProxyType
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -37,6 +37,8 @@ __all__ = [
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Image = NDArray[np.uint8]
+#: Type of a column's values.
+ColumnType = Literal["float", "int", "bool"]
 #: Part of a picture: left, top, right and bottom, px; right and bottom are the first column and row outside.
 Part = tuple[int, int, int, int]
 _NO_MORE: Mapping[str, Floats] = MappingProxyType({})
@@ -136,17 +138,27 @@ class Column:
 
     Attributes:
         name: its name, which no other column of the run may have.
-        type: the type of its values.
+        type: the type of its values: "float", "int" or "bool".
         meaning: what they mean, with unit, and what stands for a missing value.
         unit: their unit, as a symbol; "" for pure numbers.
         role: what kind of thing it is: "clock", "sensed", "command", "percept", "sighting", "body", "probe".
+
+    Raises:
+        ValueError: there is no such type.
     """
 
     name: str
-    type: Literal["float", "int", "bool"]
+    type: ColumnType
     meaning: str
     unit: str = ""
     role: str = "probe"
+
+    def __post_init__(self) -> None:
+        if self.type not in (valid := get_args(ColumnType)):
+            raise ValueError(
+                f"The column {self.name!r} has the type {self.type!r}, which is unknown; choose one of "
+                f"{', '.join(map(repr, valid))}, such as Column({self.name!r}, {valid[0]!r}, ...)."
+            )
 
 
 @dataclass(frozen=True)

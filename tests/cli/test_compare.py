@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import closing
+from pathlib import Path
 from typing import Any
 
 import pytest
+from tests.robots import Shape, joints, write_robot
 
 from somatopy.cli import main
+from somatopy.experiment import Description
+from somatopy.experiment.context import Context
 from somatopy.interventions import SUITE
 from somatopy.registry import INTERVENTIONS
 from somatopy.studies import Study
@@ -90,6 +95,34 @@ def test_all_damages_are_one_of_each_and_may_be_undone(planned: Planned) -> None
         assert SUITE[condition.factors["damage"]].items() <= INTERVENTIONS.dumped(phases[1].interventions[0]).items()
     single = planned("--learners", "hebbian", "--damages", "offset-1.7").conditions[0].experiment
     assert single.phases[1].interventions == study.conditions[3].experiment.phases[1].interventions
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_all_leaves_out_what_an_arm_has_too_few_joints_for(
+    count: int, planned: Planned, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """That is what cannot be built for it. Which is said, also if quiet; what is named by itself is refused."""
+    model = write_robot(tmp_path, Shape(joints("yz"[:count]), joints("z")))
+    robot = ("--learners", "fixed", "--body.model", str(model))
+    study = planned(*robot, "--damages", "none,all", "--quiet")
+    said = capsys.readouterr().err
+    too_few = unbuildable(study.conditions[0].experiment)
+    assert [c.factors["damage"] for c in study.conditions] == ["none", *(name for name in SUITE if name not in too_few)]
+    assert [name for name in SUITE if f" {name} (needs " in said] == too_few
+    assert main(["compare", *robot, "--damages", f"all,{too_few[0]}"]) == 2
+    assert f"--damages {too_few[0]} needs an arm with " in capsys.readouterr().err
+
+
+def unbuildable(experiment: Description) -> list[str]:
+    """Damages of the suite that refuse the robot of an experiment."""
+    found = []
+    with closing(experiment.body.build(Context(experiment))) as body:
+        for name, table in SUITE.items():
+            try:
+                INTERVENTIONS.validated(table).build(Context(experiment, body))
+            except ValueError:
+                found.append(name)
+    return found
 
 
 @pytest.mark.parametrize("separator", [",", ";", ", "])

@@ -41,19 +41,22 @@ def test_a_run_gets_figures_and_a_page(runs: list[Path], capsys: pytest.CaptureF
     assert 'id="maps-data"' in page.read_text(encoding="utf-8")
 
 
-def test_quiet_it_does_not_say_which_picture_is_missing(
+def test_quiet_it_leaves_missing_pictures_to_the_page(
     runs: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Here a filmstrip, since there is no OpenGL. The page is made either way."""
+    """Here a filmstrip, since there is no OpenGL. Either way the page is told why; the terminal, unless quiet."""
     folder = Path(shutil.copytree(runs[0], tmp_path / "run"))
     text = (folder / "experiment.toml").read_text(encoding="utf-8")
     (folder / "experiment.toml").write_text(text.replace('"geometric"', '"fiducial"'), encoding="utf-8")
     monkeypatch.setattr(module, "save_figures", lambda *_: None)
-    monkeypatch.setattr(module, "write_report", lambda folders, out: folders[0] / "report.html")
+    written = Mock(return_value=folder / "report.html")
+    monkeypatch.setattr(module, "write_report", written)
     monkeypatch.setattr(film, "photographs", Mock(side_effect=NoGL("No OpenGL works here.")))
-    for flags, said in (([], "No filmstrip: No OpenGL works here.\n"), (["--quiet"], "")):
+    why = "No filmstrip: No OpenGL works here."
+    for flags, said in (([], f"{why}\n"), (["--quiet"], "")):
         assert main(["report", str(folder), *flags]) == 0
         assert capsys.readouterr() == (f"{folder / 'report.html'}\n", said)
+        written.assert_called_with([folder], None, [why])
 
 
 def test_several_runs_are_compared(runs: list[Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -13,11 +13,12 @@ from somatopy.cli.options import SWITCH, Flags, parse
 from somatopy.cli.run import note
 from somatopy.cli.study import carry_out
 from somatopy.experiment import Description, DescriptionError, paper
+from somatopy.experiment.building import arm_of
 from somatopy.experiment.ceiling import EVERY
 from somatopy.experiment.changes import changed, damage_named
 from somatopy.experiment.presets import CONTROLS
 from somatopy.experiment.progress import robot_time
-from somatopy.interventions import SUITE
+from somatopy.interventions import JOINTS, SUITE
 from somatopy.registry import LEARNERS
 from somatopy.studies.plan import Condition, Study, seeds_of
 from somatopy.validation import near
@@ -58,7 +59,7 @@ def main(args: Sequence[str]) -> int:
         if getattr(flags, word) is not None:
             raise DescriptionError(f"--{word} chooses one; compare takes several: {instead} {getattr(flags, word)},...")
     seeds = seeds_of(flags.seeds, described.seed)
-    conditions = _crossed(described, _words(flags.learners), _damages(flags.damages), seeds)
+    conditions = _crossed(described, _words(flags.learners), _damages(flags.damages, described), seeds)
     study = Study("compare", tuple(conditions), ceiling_every=flags.ceiling_every)
     if not (flags.quiet or flags.dry_run):
         note(f"In each run: {robot_time(described)}")
@@ -69,21 +70,41 @@ def _words(text: str) -> list[str]:
     return [word.strip() for word in text.split(",") if word.strip()]
 
 
-def _damages(text: str) -> list[str]:
-    """Damages; the numbers of an offset are separated by commas, too.
+def _damages(text: str, described: Description) -> list[str]:
+    """Damages, of which `all` stands for those that the arm has joints enough for.
 
     Raises:
-        DescriptionError: nobody knows one of them.
+        DescriptionError: nobody knows one of them, or one that is named needs more joints.
     """
+    named = _named(text)
+    if not {"all", *JOINTS}.intersection(named):
+        return named
+    arm = arm_of(described)
+    needed = {name: JOINTS.get(name, 1) for name in SUITE}
+    there = f"{len(arm)} ({', '.join(arm.names)})"
+    for name in named:
+        if needed.get(name, 1) > len(arm):
+            raise DescriptionError(
+                f"--damages {name} needs an arm with {needed[name]} joints, and this one has {there}. Leave it out, or "
+                "choose another damage, such as gain."
+            )
+    if "all" in named and (without := [f"{name} (needs {n})" for name, n in needed.items() if n > len(arm)]):
+        note(f"Left out of --damages all, since the arm has too few joints, {there}: {', '.join(without)}.")
+    whole = [name for name, n in needed.items() if n <= len(arm)]
+    return [each for name in named for each in (whole if name == "all" else [name])]
+
+
+def _named(text: str) -> list[str]:
+    """Damages as they are named; the numbers of an offset are separated by commas, too."""
     found: list[str] = []
     for word in _words(text.replace(";", ",")):
         if found and found[-1].startswith("offset:") and _is_number(word):
             found[-1] += f",{word}"
         else:
             found.append(word)
-    found = [name for word in found for name in (SUITE if word == "all" else [word])]
     for word in found:
-        damage_named(word, "--damages")
+        if word != "all":
+            damage_named(word, "--damages")
     return found
 
 

@@ -119,22 +119,33 @@ def illustrate(folder: Path, out: Path | None = None, quiet: bool = False) -> Pa
     Args:
         folder: the run folder.
         out: the page; RUN/report.html if None.
-        quiet: whether to leave out pictures that cannot be drawn without saying why.
+        quiet: whether to leave it to the page to say which pictures could not be drawn, and why.
 
     Returns:
         The page.
     """
+    missing: list[str] = []
     run = load_run(folder)
     write_summary(run)
-    save_figures(run, shots(run, quiet))
-    portray(run, quiet)
-    return write_report([folder], out)
+    save_figures(run, shots(run, missing.append))
+    portray(run, missing.append)
+    if missing and not quiet:
+        _say("\n".join(missing))
+    return write_report([folder], out, missing)
 
 
-def shots(run: Run, quiet: bool = False) -> list[Shot]:
+def _say(text: str) -> None:
+    print(text, file=sys.stderr)
+
+
+def shots(run: Run, tell: Callable[[str], None] = _say) -> list[Shot]:
     """Photographs for the filmstrip of a run that looked through the rendered eye; none where nothing can render.
 
     Only somatopy's own bodies and eyes are asked: a report imports nothing of what a run was made of.
+
+    Args:
+        run: the open run folder.
+        tell: takes a sentence that says why there is no filmstrip, if it could not be drawn.
     """
     frames = [frame for row in filmstrip_frames(run) for frame in row]
     kinds = [kind_of(run, part) for part in ("body", "eye")]
@@ -147,16 +158,20 @@ def shots(run: Run, quiet: bool = False) -> list[Shot]:
     try:
         taken = photographs(run.description["body"], list(arms), list(heads))
     except (NoGL, ValueError) as error:  # ValueError: the robot's file is gone, or it has other joints by now
-        _remark(f"No filmstrip: {error}", quiet)
+        tell(_undrawn(run, "filmstrip", "filmstrip", error))
         return []
     corners = [np.array([*photo.tags.values()]).reshape(-1, 4, 2) for photo in taken]
     return [Shot(f, photo.image, photo.pixel, c) for f, photo, c in zip(frames, taken, corners, strict=True)]
 
 
-def portray(run: Run, quiet: bool = False) -> None:
+def portray(run: Run, tell: Callable[[str], None] = _say) -> None:
     """Draw a robot other than the NAO as figures/robot, in two postures of its run; nothing where nothing can render.
 
     Only somatopy's own body is asked: a report imports nothing of what a run was made of.
+
+    Args:
+        run: the open run folder.
+        tell: takes a sentence that says why there is no picture, if it could not be drawn.
     """
     drawable = kind_of(run, "body") == "mujoco" and run.joints("arm") and run.joints("head")
     if on_papers_robot(run) or not drawable:
@@ -169,12 +184,13 @@ def portray(run: Run, quiet: bool = False) -> None:
         with posed(run.description["body"]) as robot:
             save(body_picture(robot, _apart(run)), run.path / "figures", "robot")
     except (NoGL, ValueError) as error:  # ValueError: the robot's file is gone, or it has other joints by now
-        _remark(f"No picture of the robot: {error}", quiet)
+        tell(_undrawn(run, "robot", "picture of the robot", error))
 
 
-def _remark(text: str, quiet: bool) -> None:
-    if not quiet:
-        print(text, file=sys.stderr)
+def _undrawn(run: Run, name: str, what: str, error: Exception) -> str:
+    """Why a picture is missing, or is the one that an earlier report drew."""
+    there = (run.path / "figures" / f"{name}.png").is_file()
+    return f"The {what} is that of an earlier report: {error}" if there else f"No {what}: {error}"
 
 
 def _apart(run: Run) -> list[tuple[Floats, Floats]]:

@@ -7,12 +7,13 @@ from contextlib import contextmanager, suppress
 from typing import Any
 
 from somatopy.bodies import Anatomy, BodyError, anatomy_path
-from somatopy.contract import missing_members
+from somatopy.contract import Body, missing_members
 from somatopy.experiment.context import Context
 from somatopy.experiment.description import Description, DescriptionError
+from somatopy.percept import JointGroup
 from somatopy.registry import BABBLERS, BODIES, EYES, INTERVENTIONS, LEARNERS, Kinds, Settings, handed_over
 
-__all__ = ["built", "check_numbers", "hand_over", "handed_over_again", "said_of"]
+__all__ = ["arm_of", "built", "check_numbers", "hand_over", "handed_over_again", "said_of"]
 
 #: Parts that may be handed over, where a description has them, and their kinds.
 _WHERE: dict[str, tuple[str, Kinds]] = {
@@ -44,6 +45,20 @@ def built(key: str, contract: type, settings: Settings, context: Context) -> Any
             f"{contract.__name__} asks for (somatopy.contract)."
         )
     return part
+
+
+def arm_of(description: Description) -> JointGroup:
+    """The joints of the arm that an experiment moves. Its body is built for that, and closed.
+
+    Raises:
+        DescriptionError: the body does not fit its contract.
+        BodyError: the robot's model or anatomy does not fit.
+    """
+    body: Body = built("body", Body, description.body, Context(description))
+    try:
+        return body.arm
+    finally:
+        body.close()
 
 
 def check_numbers(description: Description) -> None:

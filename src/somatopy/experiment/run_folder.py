@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from datetime import datetime
@@ -9,6 +10,7 @@ from itertools import count
 from pathlib import Path
 from typing import Any, Self
 
+from somatopy.experiment.belief import BELIEF
 from somatopy.experiment.building import handed_over_again
 from somatopy.experiment.checkpoint import CHECKPOINT, read_checkpoint
 from somatopy.experiment.description import (
@@ -28,8 +30,9 @@ __all__ = ["CHECKPOINT", "DESCRIPTION", "RunFolder"]
 
 #: Recorded, but no reason to refuse: the code's digest tells whether frames could differ.
 _COMMIT = "commit"
-#: What a run writes before its first frame.
-_FIRST = (DESCRIPTION, CHECKPOINT, "cost.json", "frames", ".lock")
+_LOCK = ".lock"
+#: What a run writes before its first frame; a fork takes over frames, maps and checkpoints of its source.
+_FIRST = (DESCRIPTION, CHECKPOINT, "phase-*.npz", "cost.json", BELIEF, "frames", "maps", _LOCK)
 
 
 class RunFolder:
@@ -180,7 +183,7 @@ class RunFolder:
 
         Checkpoints are written at the start, every 20 seconds, with every part of the record, at the end of each phase,
         and at the end of the context. The last one is also written after an error, unless the error broke off a frame.
-        If an error comes before anything was recorded, the folder is left empty.
+        If an error comes before anything was recorded, the folder is left empty; that of a fork, too.
 
         Args:
             session: the session whose frames are recorded.
@@ -192,7 +195,7 @@ class RunFolder:
                 folder already holds a run, and no checkpoint is given.
             NotPosix: the operating system has no file locks, as Windows.
         """
-        with self.locked(), self._emptied_if_nothing_ran(session, since):
+        with self.locked(), self.emptied_if_nothing_ran(session):
             self._check_newest(since)
             writer = RunWriter(self.path, session, since, maps)
             session.attach(writer)
@@ -203,6 +206,11 @@ class RunFolder:
                 writer.close()
 
     def _check_newest(self, since: dict[str, Any] | None) -> None:
+        if since is None and (self.path / DESCRIPTION).exists():
+            raise DescriptionError(
+                f"{self.path} holds a run already; nothing was changed. Give recording() the checkpoint from which it "
+                "goes on, or take a new folder."
+            )
         if since is None or not (self.path / CHECKPOINT).exists():
             return
         newest, read = (int(found["session"]["done"]) for found in (self.checkpoint(), since))
@@ -217,7 +225,7 @@ class RunFolder:
         """Lock the folder for this process while the context lasts. However the process ends, the lock ends, too."""
         with ExitStack() as held:
             try:
-                held.enter_context(alone(self.path / ".lock"))
+                held.enter_context(alone(self.path / _LOCK))
             except BlockingIOError as error:
                 raise DescriptionError(
                     f"Another process is running in {self.path}. Wait for it, or end it first."
@@ -225,24 +233,31 @@ class RunFolder:
             yield
 
     @contextmanager
-    def _emptied_if_nothing_ran(self, session: Session, since: dict[str, Any] | None) -> Iterator[None]:
-        """After an error before the first frame, remove what was written, and the folder where it was made here."""
-        if since is None and (self.path / DESCRIPTION).exists():
-            raise DescriptionError(
-                f"{self.path} holds a run already; nothing was changed. Give recording() the checkpoint from which it "
-                "goes on, or take a new folder."
-            )
+    def emptied_if_nothing_ran(self, session: Session) -> Iterator[None]:
+        """After an error before the first frame of a new run or of a fork, remove what was written in the context.
+
+        The folder itself is removed, too, where it was made here. A run that goes on keeps what it has.
+
+        Args:
+            session: the session that is to run.
+        """
+        new, first = not (self.path / DESCRIPTION).exists(), session.done
+        before = {*self._written()} - {self.path / _LOCK}
         try:
             yield
         except BaseException:
-            if since is None and not session.done:
-                for entry in [*map(self.path.joinpath, _FIRST), *self.path.glob("phase-*.npz")]:
+            if new and session.done == first:
+                for entry in {*self._written()} - before:
                     with suppress(OSError):
-                        entry.rmdir() if entry.is_dir() else entry.unlink()
+                        shutil.rmtree(entry) if entry.is_dir() else entry.unlink()
                 with suppress(OSError):
                     if self._made:
                         self.path.rmdir()
             raise
+
+    def _written(self) -> list[Path]:
+        """What is there of what a run or a fork has written before its first frame."""
+        return [path for name in _FIRST for path in self.path.glob(name)]
 
 
 def _prepare(path: Path) -> None:

@@ -10,7 +10,7 @@ from somatopy.interventions.drift import JointDrift
 from somatopy.interventions.felt import DeadJoint, EncoderNoise, JointGain, JointOrder
 from somatopy.interventions.learning import Afresh, PlasticParts, Shuffled
 from somatopy.interventions.offset import PAPER_OFFSET, JointOffset
-from somatopy.interventions.suite import SUITE
+from somatopy.interventions.suite import JOINTS, SUITE
 from somatopy.registry import INTERVENTIONS
 
 INTERVENTIONS.add("offset", "somatopy.interventions.offset:Offset")
@@ -33,6 +33,7 @@ INTERVENTIONS.add("afresh", "somatopy.interventions.learning:Afresh")
 INTERVENTIONS.add("shuffled", "somatopy.interventions.learning:Shuffled")
 
 __all__ = [
+    "JOINTS",
     "PAPER_OFFSET",
     "SUITE",
     "Afresh",

@@ -5,10 +5,14 @@ from __future__ import annotations
 from types import MappingProxyType
 from typing import Any
 
-__all__ = ["SUITE"]
+__all__ = ["JOINTS", "SUITE"]
 
+#: How many joints an arm must have for a damage, by its name; one where nothing is said.
+JOINTS: MappingProxyType[str, int] = MappingProxyType(
+    {"swapped": 2, "permuted": 2, "dead-joint-1": 2, "dead-joint-2": 3}
+)
 #: Settings of each damage by its name, as tables. Those that name a joint mean, on a NAO, its shoulder's roll and its
-#: elbow's yaw; arms of fewer than three joints refuse the second.
+#: elbow's yaw.
 SUITE: MappingProxyType[str, dict[str, Any]] = MappingProxyType(
     {
         "offset-0.3": {"kind": "random-offset", "norm": 0.3},

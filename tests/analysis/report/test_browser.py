@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import shutil
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -14,37 +12,8 @@ from somatopy.analysis.report import write_report, write_study
 
 pytestmark = pytest.mark.browser
 
-FLAGS = (
-    "--headless=new",
-    "--no-sandbox",
-    "--enable-unsafe-swiftshader",
-    "--use-angle=swiftshader",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-    "--disable-dev-shm-usage",
-    "--window-size=1300,1000",
-)
 UNDRAWN = "return document.querySelectorAll('.chart:not(:has(svg))').length"
 MARKS = "return document.querySelectorAll('#{} {}').length"
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
-    """Chromium without a window, with a profile of its own, that keeps a log of its console and of requests."""
-    from selenium import webdriver
-    from selenium.webdriver.chrome.service import Service
-
-    options = webdriver.ChromeOptions()
-    options.binary_location = str(shutil.which("chromium"))
-    for flag in (*FLAGS, f"--user-data-dir={tmp_path_factory.mktemp('profile')}"):
-        options.add_argument(flag)
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
-    driver = webdriver.Chrome(options=options, service=Service(shutil.which("chromedriver")))
-    yield driver
-    driver.quit()
 
 
 @pytest.fixture(scope="module")
@@ -189,6 +158,31 @@ def test_a_narrow_window_is_not_wider_than_itself(browser: Any, page: Path) -> N
     browser.set_window_size(1300, 1000)
 
 
+#: Words of plots, and of the headings above them, that a button of the plot's toolbar stands on.
+UNDER_BUTTONS = """
+const box = (part) => part.getBoundingClientRect();
+const over = (a, b) => a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom;
+return [...document.querySelectorAll('.js-plotly-plot')].flatMap((chart) => {
+  const buttons = [...chart.querySelectorAll('.modebar-btn')].map(box);
+  const heading = document.createRange();
+  heading.selectNodeContents(document.getElementById(chart.getAttribute('aria-labelledby')));
+  const words = [...chart.querySelectorAll('svg text')].map((text) => [text.textContent, [box(text)]]);
+  return [...words, [heading.toString(), [...heading.getClientRects()]]]
+    .filter(([, boxes]) => !buttons.length || boxes.some((word) => buttons.some((button) => over(word, button))))
+    .map(([text]) => [chart.id, text]);
+});
+"""
+
+
+@pytest.mark.parametrize("width", [800, 500])
+def test_the_toolbar_of_a_plot_stands_on_no_words(browser: Any, page: Path, width: int) -> None:
+    """Neither on the legend nor on the heading; every plot has buttons."""
+    browser.set_window_size(width, 1000)
+    open_page(browser, page)
+    assert browser.execute_script(UNDER_BUTTONS) == []
+    browser.set_window_size(1300, 1000)
+
+
 def test_nothing_is_fetched_and_nothing_complained_of(
     browser: Any, page: Path, rich_folder: Path, rich_copy: Any, tmp_path: Path
 ) -> None:
@@ -269,10 +263,12 @@ def test_a_study_is_drawn_and_tabled(browser: Any, studies: Any, study_pages: di
         rows = "return document.querySelectorAll('{} tbody tr').length"
         assert browser.execute_script(rows.format("#means .means")) == 2 * conditions
         assert browser.execute_script(rows.format("#differences details:first-of-type")) == 2 * (conditions - 1)
-        assert count(browser, "rates", ".scatterlayer .point") == conditions * (2 * (5 + 1) + 1)
-        assert browser.execute_script(UNDRAWN) == max(0, conditions - 12)  # folded
+        marks, folded = 2 * (5 + 1) + 1, max(0, conditions - 12)
+        assert count(browser, "rates", ".scatterlayer .point") == min(12, conditions) * marks
+        assert browser.execute_script(UNDRAWN) == folded + (folded > 0)  # each condition's hits, and the rates of all
         browser.execute_script("document.querySelectorAll('.more').forEach((d) => { d.open = true; })")
         WebDriverWait(browser, 10).until(lambda driver: driver.execute_script(UNDRAWN) == 0)
+        assert count(browser, "rates-more", ".scatterlayer .point") == folded * marks
         assert requests(browser) == {study_pages[name].as_uri()}
         assert browser.get_log("browser") == []
     assert count(browser, "hits-7", ".scatterlayer .point") == 5 * 4

@@ -61,18 +61,21 @@ def test_only_somatopys_own_bodies_and_eyes_are_filmed(
     assert shots(edited(run, own)) == [] and len(asked) == 1
 
 
-@pytest.mark.parametrize("error", [NoGL("no OpenGL here"), BodyError("my_robot.toml is gone")])
+@pytest.mark.parametrize(
+    ("error", "quiet"), [(NoGL("no OpenGL here"), False), (BodyError("my_robot.toml is gone"), True)]
+)
 def test_what_cannot_be_filmed_is_said(
-    rich_copy: Any, edited: Any, monkeypatch: Any, capsys: Any, error: Exception
+    rich_copy: Any, edited: Any, monkeypatch: Any, capsys: Any, error: Exception, quiet: bool
 ) -> None:
-    """Without OpenGL, or without the robot's file, the report is whole but for the filmstrip."""
+    """Without OpenGL, or without the robot's file, the report is whole but for the filmstrip; the page says why."""
 
     def fail(*_: Any) -> None:
         raise error
 
     monkeypatch.setattr(film, "photographs", fail)
-    assert illustrate(edited(rich_copy, RENDERED).path).is_file()
-    assert capsys.readouterr().err == f"No filmstrip: {error}\n"
+    page = illustrate(edited(rich_copy, RENDERED).path, quiet=quiet).read_text(encoding="utf-8")
+    assert f'<p class="note">No filmstrip: {error}</p>' in page
+    assert capsys.readouterr().err == ("" if quiet else f"No filmstrip: {error}\n")
 
 
 def test_a_rendered_run_without_postures_has_no_filmstrip(make_run: Any, edited: Any) -> None:
@@ -132,9 +135,13 @@ def test_the_postures_shown_are_of_the_run(foreign: Run, monkeypatch: pytest.Mon
 
 
 def test_without_its_file_a_robot_is_not_shown(foreign: Run, edited: Any, capsys: Any) -> None:
-    """The page is whole but for the picture, and why is said."""
+    """The page is whole but for the picture, and why is said; a picture that is there is called an earlier one."""
     model = Path(foreign.description["body"]["model"])
     gone = edited(foreign, (model.name, "gone.toml"))
     (gone.path / "figures" / "robot.png").unlink(missing_ok=True)
-    assert "The robot, and what its eye sees" not in illustrate(gone.path).read_text(encoding="utf-8")
+    page = illustrate(gone.path).read_text(encoding="utf-8")
+    assert "The robot, and what its eye sees" not in page and "No picture of the robot:" in page
     assert "No picture of the robot:" in capsys.readouterr().err
+    (gone.path / "figures" / "robot.png").touch()
+    portray(gone)
+    assert capsys.readouterr().err.startswith("The picture of the robot is that of an earlier report: ")

@@ -80,17 +80,24 @@ def test_plots_carry_means_bands_and_seeds(study: Any) -> None:
 
 
 def test_many_conditions_have_a_plot_each(make_study: Any) -> None:
-    """On equal axes, in the order of the study, with the first one's mean behind; bands of five seeds are intervals."""
+    """On equal axes, in the order of the study, with the first one's mean behind; bands of five seeds are intervals.
+
+    After the twelfth they are folded, in the chart of rates as well.
+    """
     drawn = np.random.default_rng(0).uniform(0.1, 0.6, (20, 5, 1)).tolist()
     rates = {f"condition {k}": dict(enumerate(found)) for k, found in enumerate(drawn)}
     study = make_study(rates)
     page = render_study(study, compare(study))
+    drawn_at_once, folded = (plots_of(page)[name]["layout"] for name in ("rates", "rates-more"))
+    assert drawn_at_once["yaxis"]["ticktext"] == [*rates][:12] and folded["yaxis"]["ticktext"] == [*rates][12:]
+    assert drawn_at_once["xaxis"] == folded["xaxis"] and drawn_at_once["height"] > folded["height"]
     plots = {name: plot for name, plot in plots_of(page).items() if name.startswith("hits")}
     assert [*plots] == [f"hits-{k}" for k in range(20)]
     assert len({json.dumps(plot["layout"]["yaxis"]["range"]) for plot in plots.values()}) == 1
     assert [len(plot["data"]) for plot in plots.values()] == [3] + 19 * [4]
-    assert page.index('id="plot-hits-11"') < page.index('<details class="more">') < page.index('id="plot-hits-12"')
-    assert "8 more conditions" in text_of(page)
+    for last, first in (("rates", "rates-more"), ("hits-11", "hits-12")):
+        between = page[page.index(f'id="plot-{last}"') : page.index(f'id="plot-{first}"')]
+        assert '<details class="more"><summary>8 more conditions</summary>' in between
     words = text_of(page)
     assert "Bands are 95 % intervals of the mean" in words and "Dotted: the mean of condition 0" in words
     assert words.index("condition 9 1, intact") < words.index("condition 10 1, intact")

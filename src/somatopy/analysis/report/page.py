@@ -95,12 +95,15 @@ class Source:
         return cls(named, run, summary, standings(run, summary), distance_units(run), on_papers_robot(run))
 
 
-def write_report(paths: Sequence[str | os.PathLike[str]], out: str | os.PathLike[str] | None = None) -> Path:
+def write_report(
+    paths: Sequence[str | os.PathLike[str]], out: str | os.PathLike[str] | None = None, missing: Sequence[str] = ()
+) -> Path:
     """Write the report of one run, or of several side by side.
 
     Args:
         paths: run folders.
         out: the file; report.html in the first folder if None.
+        missing: sentences that say which pictures could not be drawn, and why. They stand below the page's figures.
 
     Returns:
         The file, replaced as a whole or not at all.
@@ -112,15 +115,16 @@ def write_report(paths: Sequence[str | os.PathLike[str]], out: str | os.PathLike
     if not paths:
         raise ValueError("A report needs at least one run folder.")
     target = Path(out) if out is not None else Path(paths[0]) / "report.html"
-    text = render_report([Source.of(path, name) for path, name in zip(paths, _names(paths), strict=True)])
+    sources = [Source.of(path, name) for path, name in zip(paths, _names(paths), strict=True)]
+    text = render_report(sources, missing)
     with writing(target):
         write_whole(target, text)
     return target
 
 
-def render_report(sources: Sequence[Source]) -> str:
-    """The page as text: everything in it, nothing to fetch."""
-    return rendered("page.html", _content(sources))
+def render_report(sources: Sequence[Source], missing: Sequence[str] = ()) -> str:
+    """The page as text: everything in it, nothing to fetch. Arguments as in `write_report`."""
+    return rendered("page.html", _content(sources) | {"missing": missing})
 
 
 def _names(paths: Sequence[str | os.PathLike[str]]) -> list[str]:

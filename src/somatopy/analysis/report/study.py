@@ -18,7 +18,7 @@ from somatopy.analysis.figures.relearning import relearning_figure
 from somatopy.analysis.phases import kind_name
 from somatopy.analysis.relearning_table import relearning
 from somatopy.analysis.report.rendering import embeddable, rendered
-from somatopy.analysis.report.study_charts import PANELS, SHOWN, course_charts, courses_chart, rates_chart
+from somatopy.analysis.report.study_charts import PANELS, SHOWN, course_charts, courses_chart, rates_charts
 from somatopy.analysis.report.study_tables import WORDS, differences, means, tables_to_copy
 from somatopy.analysis.runs import writing
 from somatopy.analysis.style import style
@@ -76,18 +76,20 @@ def render_study(result: StudyResult, comparison: Comparison) -> str:
     drawn, band = courses(result)
     drawn = [course for course in drawn if len(course.at) > len(course.borders)]
     panels = [*_panels(drawn)] if len(drawn) > PANELS else []
-    charts = {
-        "rates": rates_chart(comparison),
-        "hits": courses_chart(drawn) if drawn and not panels else None,
-    }
+    rates = rates_charts(comparison)
+    charts = dict(zip(("rates", "rates-more"), rates, strict=False))
+    if drawn and not panels:
+        charts["hits"] = courses_chart(drawn)
     hits = HITS.format(BANDS[band]) + (SMALL.format(drawn[0].condition) if panels else "")
+    caption = RATES + (CEILING if _has_ceilings(comparison) else "")
     content = {
         "title": str(result.study.get("name") or result.path.resolve().name),
         "facts": " · ".join(_facts(result)),
         "lead": _lead(comparison),
         "words": WORDS,
-        "plots": {name: embeddable(json.loads(chart.to_json())) for name, chart in charts.items() if chart is not None},
-        "captions": {"rates": RATES + (CEILING if _has_ceilings(comparison) else ""), "hits": hits},
+        "plots": {name: embeddable(json.loads(chart.to_json())) for name, chart in charts.items()},
+        "captions": {"rates": caption, "rates-more": caption, "hits": hits},
+        "more_rates": len(rates[1].layout.yaxis.tickvals) if len(rates) > 1 else 0,
         "panels": panels[:SHOWN],
         "folded": panels[SHOWN:],
         "relearning": relearning(result),

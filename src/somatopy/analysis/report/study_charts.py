@@ -16,27 +16,37 @@ from somatopy.percept import Floats
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
 
-__all__ = ["PANELS", "SHOWN", "course_charts", "courses_chart", "rates_chart"]
+__all__ = ["PANELS", "SHOWN", "course_charts", "courses_chart", "rates_charts"]
 
-#: More conditions than this have a plot each, of which so many are shown at once; the others are folded.
-PANELS, SHOWN = 6, 12
+#: More conditions than this have a plot of hits each.
+PANELS = 6
+#: So many conditions are shown at once; the others are folded.
+SHOWN = 12
 #: Letters in a line of a condition's name beside an axis.
 LETTERS = 28
 
 
-def rates_chart(comparison: Comparison) -> Figure | None:
-    """The share of frames with the hand in view: a line for each condition, its seeds, mean and interval by phase."""
+def rates_charts(comparison: Comparison) -> list[Figure]:
+    """The share of frames with the hand in view: a line for each condition, its seeds, mean and interval by phase.
+
+    Returns:
+        A figure of the first conditions, and one of all others where there are more than `SHOWN`.
+    """
     rows = [row for row in comparison.rows if row.measure.column == "rate" and row.interval.n]
-    if not rows:
-        return None
     names = list(dict.fromkeys(row.condition for row in rows))
-    texts = [label(name, LETTERS) for name in names]
     phases = sorted({row.phase for row in rows})
+    parts = [part for part in (names[:SHOWN], names[SHOWN:]) if part]
+    return [_rates([row for row in rows if row.condition in part], part, phases, comparison) for part in parts]
+
+
+def _rates(rows: Sequence[Compared], names: Sequence[str], phases: Sequence[int], comparison: Comparison) -> Figure:
+    texts = [label(name, LETTERS) for name in names]
     lines = max(text.count("<br>") + 1 for text in texts)
     figure = plain_figure(height=110 + len(names) * max(17 * lines, 16 * len(phases) + 8))
     for k, phase in enumerate(phases):
         places = {name: n + 0.62 * (k - (len(phases) - 1) / 2) / len(phases) for n, name in enumerate(names)}
-        _add_phase(figure, [row for row in rows if row.phase == phase], places, look(k)[0])
+        if found := [row for row in rows if row.phase == phase]:
+            _add_phase(figure, found, places, look(k)[0])
     _add_ceilings(figure, comparison, names)
     figure.update_xaxes(title_text="frames with the hand in view (%)", range=[-1, 101])
     figure.update_yaxes(tickvals=list(range(len(names))), ticktext=texts, range=[len(names) - 0.4, -0.6], ticks="")
