@@ -292,6 +292,7 @@ def test_directions_are_sooner_known_where_the_arm_moves_little() -> None:
 
 def meet(memory: Memory, head: Floats, pixel: Floats) -> None:
     """The gain learns from a frame, and this becomes the last one."""
+    memory.stride[:] = np.maximum(memory.stride, np.abs(head - memory.head))
     learn_gain(memory, head, pixel)
     memory.moved[:], memory.slip[:] = head - memory.head, pixel - memory.pixel
     memory.head[:], memory.pixel[:] = head, pixel
@@ -313,6 +314,21 @@ def test_the_pixel_gain_is_right_for_a_head_that_lags_behind_the_hand(share: flo
         head = head + share * (hand + goal - head)
         meet(memory, head, np.linalg.solve(truth, hand - head))
     np.testing.assert_allclose(memory.gain, truth, atol=0.06)
+
+
+def test_a_slow_head_soon_knows_its_pixel_gain() -> None:
+    """One that moves at most .02 rad in a frame has learned from 30 movements within the first minute."""
+    rng, truth = np.random.default_rng(0), np.array([[-0.6, 0.1], [0.0, 0.6]])
+    memory, hand, head = fresh(robot(4)), np.zeros(2), np.zeros(2)
+    speed, goal = np.zeros(2), np.zeros(2)
+    for frame in range(900):
+        speed = rng.uniform(-0.01, 0.01, 2) if frame % 20 == 0 else speed
+        hand = np.clip(hand + speed, -1.0, 1.0)
+        goal = rng.uniform(-0.2, 0.2, 2) if frame % 10 == 0 else goal
+        head = head + np.clip(hand + goal - head, -0.02, 0.02)
+        meet(memory, head, np.linalg.solve(truth, hand - head))
+    assert memory.numbers[TURNS] > 30
+    np.testing.assert_allclose(memory.gain, truth, atol=0.1)
 
 
 def test_the_pixel_gain_is_known_after_thirty_movements() -> None:

@@ -11,7 +11,8 @@ from somatopy.percept import Floats
 __all__ = ["bin_of", "learn_bias", "learn_ends", "learn_gain", "learn_speed"]
 
 BIAS_RATE, BIAS_MOST, STRIDE_SHARE = 0.05, 0.3, 0.8
-GAIN_RATE, GAIN_AGE, GAIN_LEAST, TURN_LEAST = 0.05, 5.0, 0.05 / 2.56, 0.05
+GAIN_RATE, GAIN_AGE, GAIN_LEAST = 0.05, 5.0, 0.05 / 2.56
+TURN_LEAST, TURN_SHARE = 0.05, 0.4
 SPEED_RATE, WAY_LEAST = 0.02, 0.05
 SETTLED, PICTURES = 100, 1.4
 
@@ -79,7 +80,9 @@ def learn_gain(memory: Memory, head: Floats, pixel: Floats) -> bool:
 
     d2y and d2p are how much the head's movement dy and the hand's slip dp in the picture differ from those one frame
     ago. A hand that moves evenly has no part in them. It has one in dp, by which a head that follows a hand seems to
-    turn without effect. eta is 1 / (1 + k / 5) at the k-th such movement, counted from 0, and .05 once that is less.
+    turn without effect. Only d2y count that are longer than .05 rad, or than .4 of the longest way that the head was
+    seen to go in a frame, if that is less. eta is 1 / (1 + k / 5) at the k-th of them, counted from 0, and .05 once
+    that is less.
 
     Args:
         memory: what the learner holds.
@@ -94,7 +97,7 @@ def learn_gain(memory: Memory, head: Floats, pixel: Floats) -> bool:
     length = 0.0
     for k in range(head.size):
         length += turn[k] ** 2
-    if math.isnan(du) or math.sqrt(length) <= TURN_LEAST:
+    if math.isnan(du) or math.sqrt(length) <= min(TURN_LEAST, TURN_SHARE * memory.stride.max()):
         return False
     rate = max(GAIN_RATE, 1.0 / (1.0 + memory.numbers[TURNS] / GAIN_AGE))
     scale = rate / (du * du + dv * dv + GAIN_LEAST)
