@@ -317,7 +317,7 @@ def test_the_pixel_gain_is_right_for_a_head_that_lags_behind_the_hand(share: flo
 
 
 def test_a_slow_head_soon_knows_its_pixel_gain() -> None:
-    """One that moves at most .02 rad in a frame has learned from 30 movements within the first minute."""
+    """One that moves at most .03 rad in a frame has learned from 100 movements in a minute, and knows G within a third."""
     rng, truth = np.random.default_rng(0), np.array([[-0.6, 0.1], [0.0, 0.6]])
     memory, hand, head = fresh(robot(4)), np.zeros(2), np.zeros(2)
     speed, goal = np.zeros(2), np.zeros(2)
@@ -325,10 +325,10 @@ def test_a_slow_head_soon_knows_its_pixel_gain() -> None:
         speed = rng.uniform(-0.01, 0.01, 2) if frame % 20 == 0 else speed
         hand = np.clip(hand + speed, -1.0, 1.0)
         goal = rng.uniform(-0.2, 0.2, 2) if frame % 10 == 0 else goal
-        head = head + np.clip(hand + goal - head, -0.02, 0.02)
+        head = head + np.clip(hand + goal - head, -0.03, 0.03)
         meet(memory, head, np.linalg.solve(truth, hand - head))
-    assert memory.numbers[TURNS] > 30
-    np.testing.assert_allclose(memory.gain, truth, atol=0.1)
+    assert memory.numbers[TURNS] > 100
+    np.testing.assert_allclose(memory.gain, truth, atol=0.2)
 
 
 def test_the_pixel_gain_is_known_after_thirty_movements() -> None:
