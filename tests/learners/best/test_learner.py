@@ -317,7 +317,7 @@ def test_the_pixel_gain_is_right_for_a_head_that_lags_behind_the_hand(share: flo
 
 
 def test_a_slow_head_soon_knows_its_pixel_gain() -> None:
-    """One that moves at most .03 rad in a frame has learned from 100 movements in a minute, and knows G within a third."""
+    """One that moves at most .03 rad a frame has learned from 100 movements in a minute, and knows G within a third."""
     rng, truth = np.random.default_rng(0), np.array([[-0.6, 0.1], [0.0, 0.6]])
     memory, hand, head = fresh(robot(4)), np.zeros(2), np.zeros(2)
     speed, goal = np.zeros(2), np.zeros(2)
