@@ -217,8 +217,8 @@ def moved(result: StudyResult) -> str:
             reached = LAST(row) if row["condition"] == name and row["phase"] < 2 else None
             if reached is not None:
                 every[row["phase"]][row["seed"]] = reached
-        body.append([name, *map(interval, every), seeds(every)])
-    return rows(("the marker is", "end of the hour", "end of the half hour after it", "seeds"), body)
+        body.append([*name.split(": "), *map(interval, every), seeds(every)])
+    return rows(("range", "the marker is", "end of the hour", "end of the half hour after it", "seeds"), body)
 
 
 #: Study, range, what to call it, and how long its first phase is.
