@@ -107,15 +107,19 @@ def over_time(figure: Figure, end: float, there: Sequence[tuple[float, str]]) ->
 
 
 def name_borders(figure: Figure, borders: Mapping[float, str], end: float) -> None:
-    """Names beside borders, but for those that would overprint the one before; the last ones stand on the left."""
+    """Names above borders and below the legend, but for those that would overprint the one before.
+
+    The last names end at their border, the others begin there.
+    """
     free = 0.0
     for at, name in sorted(borders.items()):
         width = end * max(0.15, 0.012 * len(name))
         start, side = (at, "left") if at + width <= end else (at - width, "right")
         if start >= free:
-            note = {"xanchor": side, "yanchor": "top", "yref": "paper", "showarrow": False}
+            note = {"xanchor": side, "yanchor": "bottom", "yref": "paper", "showarrow": False}
             figure.add_annotation(x=at, y=1, text=name, font_color=BORDER, **note)
             free = start + width
+    figure.update_layout(legend_y=1.09 if borders else 1.03)
 
 
 def _make_room(figure: Figure) -> None:
