@@ -259,32 +259,40 @@ def never_lost(cells: Mapping[str, Cells], measured: Mapping[str, Any]) -> str:
         if name not in cells:
             said.append(f"`{name}` has no cells yet.")
             continue
-        looked, lost = lost_cells(cells[name], measured)
+        shares = judged(cells[name], measured)
+        lost = {place: below(those) for place, those in shares.items() if below(those)}
         physics = "with physics" if name == "learners-damages" else "without physics"
-        count = sum(map(len, lost.values()))
+        count, looked = sum(map(len, lost.values())), sum(map(len, shares.values()))
         number = f"{count} is" if count == 1 else f"{count or 'none'} are"
         said.append(f"Of {looked:,} damaged runs of `best` in `{name}` ({physics}) {number} lost.")
         if lost:
             body = [
-                [where, damage, f"{len(those)}", ", ".join(f"{seed}: {share:.0f}" for seed, share in those.items())]
-                for (where, damage), those in lost.items()
+                [*place, f"{len(those)} of {len(shares[place])}", f"{fmean(shares[place].values()):.1f}", lowest(those)]
+                for place, those in lost.items()
             ]
-            said.append(rows(["range", "damage", "lost", "seed: % of its fork, or of the reference"], body))
+            said.append(rows(["range", "damage", "lost", "mean of all its runs, %", "lowest, % (seed)"], body))
     return "\n\n".join(said)
 
 
-def lost_cells(study: Cells, measured: Mapping[str, Any]) -> tuple[int, dict[tuple[str, str], BySeed]]:
-    """How many cells of the best learner could be judged, and those below 90 %, by range and damage."""
-    looked, lost = 0, {}
-    for where, learner, damage in study.places:
-        if learner != BEST or damage == "none":
-            continue
-        shares = late_shares(study, where, damage, measured)
-        looked += len(shares)
-        below = {seed: share for seed, share in shares.items() if share < 100 * LOST}
-        if below:
-            lost[where, damage] = below
-    return looked, lost
+def judged(study: Cells, measured: Mapping[str, Any]) -> dict[tuple[str, str], BySeed]:
+    """How each damaged run of the best learner ended, as far as that can be judged, by range and damage."""
+    every = {
+        (where, damage): late_shares(study, where, damage, measured)
+        for where, learner, damage in study.places
+        if learner == BEST and damage != "none"
+    }
+    return {place: shares for place, shares in every.items() if shares}
+
+
+def below(shares: BySeed) -> BySeed:
+    """Those seeds under which a run is lost."""
+    return {seed: share for seed, share in shares.items() if share < 100 * LOST}
+
+
+def lowest(shares: BySeed) -> str:
+    """The lowest share, and its seed."""
+    seed = min(shares, key=lambda each: shares[each])
+    return f"{shares[seed]:.1f} ({seed})"
 
 
 def late_shares(study: Cells, where: str, damage: str, measured: Mapping[str, Any]) -> BySeed:

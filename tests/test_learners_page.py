@@ -10,7 +10,7 @@ import pytest
 
 from learners_cells import Cells, bounds, tables
 from learners_figures import draw, steps
-from learners_page import lost_cells
+from learners_page import below, judged
 from learners_page import page as page_of
 from make_learners import PAGE
 from somatopy.analysis.cells import StudyResult, to_table
@@ -110,21 +110,25 @@ def lost_study(weak: dict[tuple[str, int], float], damages: tuple[str, ...]) -> 
 def test_lost_cells_are_named_and_no_others() -> None:
     """Below 90 % of the fork, which is 81 here: 80 is lost, 82 is not."""
     found = lost_study({("gain", 1): 80.0, ("swapped", 0): 82.0}, ("gain", "swapped"))
-    looked, lost = lost_cells(Cells(found), {})
-    assert looked == 4 and {where: [*seeds] for where, seeds in lost.items()} == {("mechanical", "gain"): [1]}
-    assert line_of(page_of({"learners-lost": found}, {}), "mechanical", "gain")[2:] == ["1", "1: 89"]
+    shares = judged(Cells(found), {})
+    assert {place: [*below(those)] for place, those in shares.items()} == {
+        ("mechanical", "gain"): [1],
+        ("mechanical", "swapped"): [],
+    }
+    page = page_of({"learners-lost": found}, {})
+    assert "Of 4 damaged runs" in page and line_of(page, "mechanical", "gain")[2:] == ["1 of 2", "94.4", "88.9 (1)"]
 
 
 def test_a_dead_joint_is_judged_by_what_can_be_attained() -> None:
     """Half of its fork is enough where an oracle attains no more, and not where it attains 70 percent."""
     found = Cells(lost_study({("dead-joint-1", seed): 45.0 for seed in (0, 1)}, ("dead-joint-1",)))
 
-    def lost(reference: float) -> tuple[int, int]:
-        looked, those = lost_cells(found, {"mechanical": {"references": {"7": {"dead-joint-1": reference}}}})
-        return looked, sum(map(len, those.values()))
+    def lost(reference: float) -> list[int]:
+        shares = judged(found, {"mechanical": {"references": {"7": {"dead-joint-1": reference}}}})
+        return [len(below(those)) for those in shares.values()]
 
-    assert lost(0.45) == (2, 0) and lost(0.7) == (2, 2)
-    assert lost_cells(found, {}) == (0, {})
+    assert lost(0.45) == [0] and lost(0.7) == [2]
+    assert judged(found, {}) == {}
 
 
 def test_damages_that_take_information_away_are_not_in_the_mean() -> None:
