@@ -138,9 +138,10 @@ def barred(found: dict[str, dict[str, Outcome]]) -> list[str]:
 
 
 def beside(found: dict[str, dict[str, Outcome]]) -> list[str]:
-    """Error of the other maps, in minisom's, and their order and units."""
+    """Error of the other maps, in minisom's, and their disorder and units."""
     others = [name for name in MAPS if name not in BARRED]
-    lines = [line(["table", *(f"{name}: error ×, disorder, units" for name in others)]), "|---" * (len(others) + 1) + "|"]
+    heads = ["table", *(f"{name}: error ×, disorder, units" for name in others)]
+    lines = [line(heads), "|---" * len(heads) + "|"]
     for name, outcomes in found.items():
         cells = [
             f"{one.error / outcomes['minisom'].error:.2f}, {one.disorder:.2f}, {one.units}"
