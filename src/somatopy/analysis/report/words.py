@@ -54,8 +54,8 @@ CAPTIONS = {
     "hits": "Hits are frames in which the marker on the hand was detected. Points are windows of five minutes, "
     f"{WINDOW:,} frames. The pale line is the running minute, scaled to five. Both are drawn where they start. Trends "
     "are least squares over full windows, restarted at the damage and 35 minutes after it, as in the paper.",
-    "efficiency": f"{CEILING}{REACTIVE}Both are computed with the geometric eye. Controls, if there are any, ran on the "
-    f"same arm movements, with the geometric eye as well. {LEVEL}",
+    "efficiency": f"{CEILING}{REACTIVE}Both are computed with the geometric eye. Controls, if there are any, ran on "
+    f"the same arm movements, with the geometric eye as well. {LEVEL}",
     "arm": f"Mean distance from arm posture to winner {MEAN}; 1 is a joint's whole range (the paper's Figure 4).",
     "head": "The same for the head map (the paper's Figure 5).",
     "gaze": "Angle between the camera's optical axis and the hand, seen or not, over stretches of {}.",
