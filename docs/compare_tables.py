@@ -116,7 +116,7 @@ def line(cells: list[str]) -> str:
 def barred(found: dict[str, dict[str, Outcome]]) -> list[str]:
     """minisom's values, and beside them how many times as much SOM and NeuralGas have."""
     lines = [
-        "| table | minisom: error, order, time | SOM: error × | order | time × | NeuralGas: error × | time × |",
+        "| table | minisom: error, disorder, time | SOM: error × | disorder | time × | NeuralGas: error × | time × |",
         "|---" * 7 + "|",
     ]
     for name, outcomes in found.items():
@@ -138,9 +138,10 @@ def barred(found: dict[str, dict[str, Outcome]]) -> list[str]:
 
 
 def beside(found: dict[str, dict[str, Outcome]]) -> list[str]:
-    """Error of the other maps, in minisom's, and their order and units."""
+    """Error of the other maps, in minisom's, and their disorder and units."""
     others = [name for name in MAPS if name not in BARRED]
-    lines = [line(["table", *(f"{name}: error ×, order, units" for name in others)]), "|---" * (len(others) + 1) + "|"]
+    heads = ["table", *(f"{name}: error ×, disorder, units" for name in others)]
+    lines = [line(heads), "|---" * len(heads) + "|"]
     for name, outcomes in found.items():
         cells = [
             f"{one.error / outcomes['minisom'].error:.2f}, {one.disorder:.2f}, {one.units}"
@@ -193,11 +194,11 @@ def against_time(seed: int = 0) -> list[str]:
         entries[f"SOM, {said}"] = lambda X, seed, n=epochs: SOM(shape=SHAPE, epochs=n, random_state=seed).fit(X)
         entries[f"NeuralGas, {said}"] = lambda X, seed, n=epochs: NeuralGas(epochs=n, random_state=seed).fit(X)
     entries["DSOM, as it comes"] = MAPS["DSOM"]
-    lines = ["| map | time | error | order |", "|---|---|---|---|"]
+    lines = ["| map | time | error | disorder |", "|---|---|---|---|"]
     for name, make in entries.items():
         one = tried(make, table, seed)
-        order = "-" if np.isnan(one.disorder) else f"{one.disorder:.2f}"
-        lines.append(line([name, f"{one.seconds:.2f} s", f"{one.error:.2f}", order]))
+        disorder = "-" if np.isnan(one.disorder) else f"{one.disorder:.2f}"
+        lines.append(line([name, f"{one.seconds:.2f} s", f"{one.error:.2f}", disorder]))
     return lines
 
 

@@ -95,8 +95,9 @@ def answer(cells: Mapping[str, Cells]) -> str:
         worst = min(kept, key=lambda damage: fmean(kept[damage].values()))
         few = "" if min(map(len, kept.values())) >= FEW else ", too few for a verdict"
         others = (
-            f"Over {len(kept)} changes that leave the information it is at {mean(over_damages(kept))} in the mean, and "
-            f"at {mean(kept[worst])} after the worst of them, *{worst}*{of_seeds(kept.values())}{few}."
+            f"After {len(kept)} kinds of damage that leave the information which a learner needs, `best` is at "
+            f"{mean(over_damages(kept))} in the mean, and at {mean(kept[worst])} after the worst of them, "
+            f"*{worst}*{of_seeds(kept.values())}{few}."
         )
     return (
         f"Where the hand can be seen, `best` sees it in {mean(first[0][0])} of the frames of its second five minutes "

@@ -209,7 +209,7 @@ def confirmed(result: StudyResult) -> str:
 def differences(geometric: StudyResult, rendered: StudyResult) -> dict[str, str]:
     """Rendered less geometric on equal seeds: the table, and what it means for the search."""
     (name,) = rendered.conditions
-    rows = ["| landmark | rendered less geometric | 95 % interval | p |", "|---|---|---|---|"]
+    rows = ["| landmark | rendered minus geometric | 95 % interval | p |", "|---|---|---|---|"]
     apart = []
     for mark in LANDMARKS:
         found = paired(mark.value(rendered, name), mark.value(geometric, MAIN))
@@ -238,11 +238,14 @@ writes this page; the tables that it is written from lie in `studies/calibration
 
 Before the first run we fixed the loss, the space, the number of proposals, and which seeds serve which stage.
 
-**The loss** is the root mean square of the distances to these landmarks, each as the mean over seeds, in scales.
+**The loss** says how far a proposed setting is from the paper. It compares eight *landmarks*, which are numbers of the
+paper's text and curves, with the means over seeds. Each distance is divided by the *scale* of its landmark, and the
+loss is the root mean square of the results. *Scale of a trial* is the standard deviation over the ten seeds of an
+earlier trial.
 
 {landmarks}
 
-The third trend of the paper, of which it says that the hand is seen more and more often again, is not fitted. Landmarks
+The paper says of its third trend that the hand is seen more and more often again. This trend is not fitted. Landmarks
 of Figures 4 and 5 are fitted as bands, since the paper gives no numbers there. Distortions are compared in the unit in
 which the maps measure them.
 
@@ -252,10 +255,10 @@ which the maps measure them.
 
 **The search** is optuna's tree-structured Parzen estimator: {trials} proposals, each under {seeds} seeds. The first
 {start} were given: settings that an earlier trial with a simpler simulation found, and those that the preset `paper`
-had until then, which is `paper-wide` now. It runs on the geometric eye and kinematic motion, full length. The {most}
-nearest proposals within one scale of the best run again with physics on five other seeds; the one with the least loss
-there is chosen. It is confirmed on thirty further seeds with physics, and on ten of them with rendered pictures and
-the real detector.
+had until then, which is `paper-wide` now. The search runs with the geometric eye, kinematic motion and full length. The
+{most} nearest proposals within one scale of the best run again with physics on five other seeds; the one with the least
+loss there is chosen. It is confirmed on thirty further seeds with physics, and on ten of them with rendered pictures
+and the real detector.
 
 One thing changed while the search ran: the choice had been planned with eight seeds and without physics. The preset has
 physics, so it chooses with physics; fewer seeds and proposals pay for that.
@@ -276,14 +279,14 @@ The same proposals with physics, on the seeds that choose:
 
 {table}
 
-The least loss has **{name}**. The preset `paper` is this setting, its numbers rounded to two digits:
+**{name}** has the least loss. The preset `paper` is this setting, its numbers rounded to two digits:
 
 ```
 {settings}
 ```
 
-Within one scale of it there are {count} settings. A claim that holds in all of them does not hang on the choice; one
-that is marked as fitted was asked for, and its holding is no discovery.
+There are {count} settings within one scale of it. A claim that holds in all of them does not depend on the choice. A
+claim that is marked as fitted was asked for by the loss, so that its holding is no discovery.
 
 {claims}
 """
@@ -301,7 +304,7 @@ CONFIRMED = """
 IN_PICTURES = """
 ## Rendered pictures
 
-The same seeds with rendered pictures and the real detector, less the geometric eye:
+The same seeds with rendered pictures and the real detector, minus the geometric eye:
 
 {table}
 

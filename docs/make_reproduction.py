@@ -129,9 +129,9 @@ def summary(judged: Sequence[Judged]) -> str:
 
 
 VERDICT_WORDS = {
-    "holds": "These hold: {}.",
+    "holds": "These claims of the paper hold: {}.",
     "does not hold": "These do not: {}.",
-    "cannot tell": "Of these the seeds cannot tell: {}.",
+    "cannot tell": "Whether these hold, the seeds cannot tell: {}.",
 }
 
 
@@ -187,7 +187,7 @@ def last_slope(judged: Sequence[Judged]) -> str:
 AFTER: tuple[tuple[str, Measure], ...] = (
     ("rate in the first window after", lambda result, name: first_window(result, name)),
     ("rate from 35 min on", lambda result, name: percent(level_after(result, name))),
-    ("lost since the end of phase 1", lambda result, name: percent(loss_of_level(result, name))),
+    ("change since the end of phase 1", lambda result, name: percent(loss_of_level(result, name))),
 )
 
 
@@ -202,7 +202,7 @@ def two_by_two(result: StudyResult) -> str:
         [name, *(interval(value(result, name), "{:.1f}") for _, value in AFTER), lost(result, name)]
         for name in result.conditions
     ]
-    return rows(["", *(text for text, _ in AFTER), f"from 35 min on, less *{MAIN}*"], body)
+    return rows(["", *(text for text, _ in AFTER), f"from 35 min on, minus *{MAIN}*"], body)
 
 
 def lost(result: StudyResult, name: str) -> str:
@@ -219,7 +219,7 @@ def two_by_two_slopes(result: StudyResult) -> str:
     for name in result.conditions:
         less = "" if name == MAIN else difference(first(result, name), first(result, MAIN))
         body.append([name, interval(first(result, name)), interval(rest(result, name)), less])
-    return rows(["", "slope, first 35 min", "slope, the rest", f"first slope less that of *{MAIN}*"], body)
+    return rows(["", "slope, first 35 min", "slope, the rest", f"first slope minus that of *{MAIN}*"], body)
 
 
 def what_it_costs(result: StudyResult) -> str:
@@ -229,12 +229,15 @@ def what_it_costs(result: StudyResult) -> str:
         return ""
     damage, maps, links = (points(levels[name], levels[MAIN]) for name in ("undamaged", "links only", "maps only"))
     said = (
-        f"From minute 35 on, the rate without damage is {damage} above that of the paper's protocol. If the maps stand "
-        f"still after the damage and only the links learn, it is {maps} above it; if only the maps learn, {links}."
+        f"From minute 35 on, the rate differs from that of the paper's protocol by {damage} without damage, by {maps} "
+        f"if the maps stand still after the damage and only the links learn, and by {links} if only the maps learn."
     )
     lasting = all(lower(levels[name], levels[MAIN]) > 0 for name in ("undamaged", "links only"))
     if lasting:
-        said += " So the damage does cost something for good, and what costs it are maps that move under old links."
+        said += (
+            " So the damage does cost something for good. The maps cause this loss: their units move to other "
+            "postures, while the links still belong to the old ones."
+        )
     return said
 
 
@@ -281,10 +284,10 @@ def controls(main: StudyResult, others: StudyResult) -> str:
     head = (
         "",
         "phase 1, %",
-        "of possible, %",
+        "efficiency in phase 1, %",
         "phase 2, %",
         "slope of the first 35 min after",
-        f"phase 1 less *{MAIN}*",
+        f"phase 1 minus *{MAIN}*, same seeds",
     )
     return rows(head, body)
 
@@ -320,7 +323,7 @@ def ablations(result: StudyResult) -> str:
         body.append(
             [name, interval(percent(measure("rate", 0)(result, name)), "{:.1f}"), slopes[0], slopes[1], after, less]
         )
-    head = ("", "phase 1, %", "slope of phase 1", "first slope after", "from 35 min on, %", f"phase 1 less *{first}*")
+    head = ("", "phase 1, %", "slope of phase 1", "first slope after", "from 35 min on, %", f"phase 1 minus *{first}*")
     return rows(head, body)
 
 
@@ -337,19 +340,20 @@ def cost(found: dict[str, StudyResult]) -> str:
 HEAD = """# Does it do what the paper says?
 
 Schillaci, Hafner and Lara (2014) let a simulated NAO learn for 304 minutes, once. Here is the same experiment over {n}
-seeds: full length, with physics, and with the geometric eye, which is a model of the detector; further down it stands
-beside rendered pictures and the real detector. `docs/calibration.md` says how the settings that the paper leaves open
-were chosen, and which of its numbers they were fitted to. `python docs/make_reproduction.py` writes this page from the
-tables in `studies/`, and with `--run` it runs what is missing there.
+seeds, in full length and with physics. The eye is the geometric one, a model of the detector;
+[further down](#rendered-pictures) it stands beside rendered pictures and the real detector.
 
 {summary}
 
+The page on the [calibration](calibration.md) says how the settings that the paper leaves open were chosen, and which of
+the paper's numbers they were fitted to. A claim that is marked as *fitted* was asked for in the calibration; that it
+holds is no discovery.
+
 The seed is the unit. A claim holds if the 95 % interval of the mean over seeds says so (bootstrap from 20 seeds on,
-Student's t below); *level* is a test of equivalence with margins that were fixed beforehand. The paper's numbers of its
-one run are compared with the range into which one more of our seeds would fall. *By chance* is the share of seeds that
-show it with the best fixed head posture, which learns nothing. A claim that is marked as fitted was asked for in the
-calibration; that it holds is no discovery. *p, Holm* is of the test behind a verdict, corrected for the number of
-claims; verdicts themselves are not corrected.
+Student's t below); *level* is a test of equivalence with margins that were fixed beforehand. The paper's numbers come
+from its one run, and are compared with the range into which one more of our seeds would fall. *By chance* is the share
+of seeds that show what is claimed although the head is held still, in the posture that sees the hand most often. *p,
+Holm* is of the test behind a verdict, corrected for the number of claims; verdicts themselves are not corrected.
 """
 
 FIGURES = """
@@ -378,7 +382,9 @@ LAST_SLOPE = """
 ADAPTATION = """
 ## Where adaptation happens, and what the damage costs
 
-After the same first phase, maps and links go on learning or stand still. Rates in percent of frames.
+All rows have the same first phase. In *paper* the damage follows, and maps and links go on learning; in *undamaged*
+there is no damage. In the other rows the damage follows, and only the links learn, only the maps, or nothing
+(*stopped*). Rates are in percent of frames.
 
 {table}
 
@@ -394,7 +400,9 @@ Slopes in hits per window, per window:
 CONTROLS = """
 ## Controls, and what a best fixed head scores
 
-On the same arm movements. *Fixed* looks with the one head posture that sees the hand most often while babbling.
+All learners meet the same arm movements. [What each control is](studies.md#controls); *fixed* holds the head in the one
+posture that sees the hand most often while babbling. *paper* has 30 seeds and the controls have the first ten of them.
+The last column compares equal seeds, so that it is not the difference of two entries of the first.
 
 {table}
 """
@@ -402,19 +410,33 @@ On the same arm movements. *Fixed* looks with the one head posture that sees the
 RENDERED = """
 ## Rendered pictures
 
+The geometric eye is used above because it is fast. On ten of the seeds the experiment ran with rendered pictures and
+the real detector as well:
+
 {table}
 """
 
 ABLATIONS = """
 ## One setting at a time
 
-Kinematic motion, five seeds each. Differences are paired by seed.
+Each row changes one setting of the preset `paper`. Motion is kinematic, with five seeds each. Differences are paired by
+seed. `studies/ablations.toml` has the settings; these need a word:
+
+- *Neighbourhood as printed* and *of 2016*: the [presets](maps/dsom.md) `printed` and `schillaci2016` of the maps.
+- *No centring*: a hit counts in full, wherever the hand is in the picture.
+- *Rows normalised*: the links of a unit sum to 1.
+- *Ties*: where several links are equally strong, the preset draws one of them in each frame. *Held* keeps the one that
+  was drawn as long as the arm map's winner stays the same, and *first* takes the first.
+- *Head at its limit*: the head turns as fast as its motors can.
 
 {table}
 """
 
 COST = """
 ## What it cost
+
+`python docs/make_reproduction.py` writes this page from the tables in `studies/`, and with `--run` it runs what is
+missing there.
 
 {table}
 """

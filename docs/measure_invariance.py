@@ -113,7 +113,7 @@ def efficiency(seed: int, body: MujocoBody, arm: Described, head: Described) -> 
 
 def main() -> None:
     """A row for each case: both efficiencies, mean over seeds, and how far the second is from the first case's."""
-    print("| | first 5 minutes | minutes 5 to 20 | less the first row, seed by seed |")
+    print("| | first 5 minutes | minutes 5 to 20 | minutes 5 to 20 minus the first row, seed by seed |")
     print("|---|---|---|---|")
     first = None
     for name, (make, arm, head) in CASES.items():

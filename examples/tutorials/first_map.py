@@ -36,9 +36,9 @@ for _ in range(rounds):
 # %% [markdown]
 # ## Is it any good?
 #
-# Two numbers say so. The *quantisation error* is how far a flower is from the nearest code, in the mean: the centre
-# of all flowers, which is a map of one unit, is the bar to beat. The *topographic error* is the share of flowers
-# whose two nearest codes are not neighbours on the sheet: 0 means that the sheet has no folds.
+# Two numbers say so. The *quantisation error* is how far a flower is from the nearest code, in the mean. To compare,
+# take a map of one unit, the centre of all flowers. The *topographic error* is the share of flowers whose two nearest
+# codes are not neighbours on the sheet: 0 means that the sheet has no folds.
 
 # %%
 centre = np.linalg.norm(flowers - flowers.mean(axis=0), axis=1).mean()
@@ -62,8 +62,8 @@ for name, species in zip(iris.target_names, range(3), strict=True):
     print(f"{name:>10}: {alone:.0%} of its flowers win a unit that no other species wins")
 
 # %% [markdown]
-# A U-matrix shows how far each unit is from its neighbours. The bright band that runs across separates two groups of
-# units. The map was not told the species, and the picture does not show them.
+# A U-matrix shows how far each unit's code is from those of its neighbours. The bright band that runs across separates
+# two groups of units, that is, two groups of flowers that differ.
 
 # %%
 axes = pictures.u_matrix(som)
@@ -75,7 +75,7 @@ plt.close(axes.figure)
 #
 # ## Keep it
 #
-# A map is kept as arrays and JSON, and goes on bit for bit.
+# `save` writes the map to a file, as arrays and JSON. Once loaded, it goes on learning bit for bit as it would have.
 
 # %%
 som.save("iris.npz")

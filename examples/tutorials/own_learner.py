@@ -92,7 +92,7 @@ for name, learner in {"the paper's": None, "Remembers": Remembers}.items():
 # replaces a part as a whole, and the preset's `head_speed` goes with it. One seed says little: compare under many.
 #
 # In a file of its own, `my_file.py`, the learner also runs from the command line, and meets every damage. The second
-# command has 120 cells; with `--dry-run` it says how long they take.
+# command makes 120 runs; with `--dry-run` it only says how long they take.
 #
 # ```sh
 # somatopy run paper --learner my_file:Remembers --minutes 30 --eye geometric

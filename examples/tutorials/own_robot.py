@@ -107,7 +107,7 @@ shell("somatopy check-body lookout.xml --propose > lookout.toml")
 # joints that move a camera, but not the arm. The line *Sight* says whether it pays to learn:
 #
 # - The larger share is the *ceiling*. At the other postures of the arm, no posture of the head shows the hand.
-# - The smaller share is what a head sees that never moves. A learner is worth its while only above it.
+# - The smaller share is what the best head that never moves sees. A learner is worth something only above it.
 #
 # ## The anatomy file
 #
@@ -187,7 +187,7 @@ stopped = fork("run", described.replaced(phases=[intact, damaged.replaced(plasti
 print(f"hand seen in {stopped.summary['phases'][1]['rate']:.0%} of the damaged phase")
 
 # %% [markdown]
-# `somatopy report run` writes a page with the robot's picture, curves and maps ([how to read it](../report.md)), and
+# `somatopy report run` writes a page with the robot's picture and curves ([how to read it](../report.md)), and
 # `somatopy film run` a [film](../film.md). Try [other damages](../damages.md), such as `--damage camera-tilt`.
 #
 # ## If your robot sees less
@@ -227,9 +227,9 @@ print(f"hand seen in {stopped.summary['phases'][1]['rate']:.0%} of the damaged p
 # cannot hit anything.
 #
 # A real robot cannot be put back into an earlier state, so that its runs cannot be resumed. Without a model of itself
-# it has no ceiling either. [An example of a body](../../examples/own_parts/planar/body.py) has both, in 80 lines
-# without MuJoCo. `check_body(Lookout)` tries the contract. It sends the joints to all their limits, so try it on a
-# simulated driver.
+# its runs have no ceiling either. [A simulated body of 80 lines](../../examples/own_parts/planar/body.py), without
+# MuJoCo, can be resumed and has such a model. `check_body(Lookout)` tries the contract. It sends the joints to all
+# their limits, so try it on a simulated driver.
 #
 # Next: [the page on robots](../robots.md), [everything an anatomy can say](../anatomy.md), and
 # [parts of your own](../../CONTRIBUTING.md#add-yours).

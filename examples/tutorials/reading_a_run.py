@@ -57,4 +57,5 @@ for joint in arm:
     print(f"{joint:>15}: " + ", ".join(f"{name} {share:.0%}" for name, share in thirds.items()))
 
 # %% [markdown]
-# Next: [what else is in a run folder](../report.md#reading-a-run), and [runs by the dozen](../studies.md).
+# Next: [what else is in a run folder](../run_folder.md), [all calls that read one](../report.md#reading-a-run), and
+# [many runs at once](../studies.md).

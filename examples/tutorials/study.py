@@ -1,9 +1,10 @@
 # %% [markdown]
 # # A study
 #
-# One seed proves nothing: some arms are luckier than others. A *study* runs several conditions under several seeds,
-# in all cores, and gathers their measures in one table. Does the paper's learner see more of its hand when the arm
-# babbles slowly? *usual* is the preset's speed, 0.36 rad/s, with joints that obey at once; *slow* is 0.25 rad/s.
+# One seed proves nothing: with some random movements of the arm the hand is easier to see than with others. A *study*
+# runs several conditions under several seeds, and gathers their measures in one table. Does the paper's learner see its
+# hand more often when the arm babbles slowly? In both conditions joints obey at once. *usual* has the preset's speed of
+# babbling, 0.36 rad/s; *slow* has 0.25 rad/s. `processes=1` uses one core; without it a study uses all.
 
 # %%
 import somatopy
@@ -27,7 +28,7 @@ print(table[["condition", "seed", "rate", "efficiency"]].round(3).to_string(inde
 # %% [markdown]
 # ## The difference
 #
-# Subtract seed by seed: the same seed has the same luck.
+# Subtract seed by seed: runs of one seed have the same random numbers, so that much of their luck cancels out.
 
 # %%
 rates = table.pivot(index="seed", columns="condition", values="rate")
@@ -36,8 +37,8 @@ print(f"slow sees the hand {100 * difference.mean():+.1f} points more often than
 print(f"by seed: {difference.round(3).tolist()}")
 
 # %% [markdown]
-# Three seeds of three minutes are too few to tell. The report of a study has the means with their intervals, and says
-# what the seeds cannot tell: `somatopy report study`. The same study goes on where it was stopped, and with
-# `seeds=30` it runs only those that are new.
+# Three seeds of three minutes are too few to tell. `somatopy report study` writes a report, which has the means with
+# their intervals, and says what the seeds cannot tell. If the program is stopped and started again, the study goes on
+# where it was; with `seeds=30` it runs only the seeds that are new.
 #
 # Next: [study files, grids, searches, clusters](../studies.md).

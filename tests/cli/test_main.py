@@ -50,7 +50,7 @@ def test_alone_it_explains_itself(capsys: pytest.CaptureFixture[str]) -> None:
     for args, code in (([], 2), (["--help"], 0), (["-h"], 0)):
         assert main(args) == code
         out = capsys.readouterr().out
-        assert out.startswith("usage: somatopy VERB") and "example: somatopy " in out
+        assert out.startswith("usage: somatopy COMMAND") and "example: somatopy " in out
         assert all(f"  {verb} " in out for verb in VERBS)
 
 

@@ -71,17 +71,22 @@ _WITHOUT_FORKS = {
     "fork_minutes_back": Head(_AFTER, "back", "minutes_back", known="dip"),
     "fork_deficit_minutes": Head(_AFTER, "lost", "deficit_minutes", form=".2f"),
 }
+_BEFORE = "the level before"
 LEGEND = (
-    "Each cell: the mean over seeds, and below it ± half of its 95 % interval (Student's t). Where some seeds never "
-    "get there, the mean is that of the others, and below it stands how many they are. Minutes are robot time.",
-    "level: efficiency of the last third of the phase. minutes to: until a running minute has this share of it. "
-    "dip: the lowest running minute of the first five after the damage, as a share of the level before. "
-    "back: minutes until five running minutes have 95 % of {0}, and stay. "
-    "lost: minutes of full sight that are missing against {0}. The fork is the same run without damage; windows "
-    "have five minutes, and below 90 % in windows 4 to 6 a learner is lost. "
-    "undone: the first minute after the damage is undone, as a share of the level before, and minutes until a running "
-    "minute has 95 % of it. miss: from a head that misses to the nearest head posture that would see the hand. "
-    "us, kB: microseconds of the learner alone in a frame, and its state. The dip of none is what chance alone makes.",
+    "Each cell is the mean over seeds, and below it ± half of its 95 % interval (Student's t). Where some seeds never "
+    "get there, the mean is that of the others, and below it stands how many they are. Minutes are robot time. Windows "
+    "have five minutes.",
+    "level: the efficiency of the last third of the phase.",
+    "minutes to: how long it takes until a running minute has this share of the level.",
+    "dip: the lowest running minute of the first five after the damage, as a share of the level before. In the row "
+    "none it shows what chance alone makes.",
+    "back: how long it takes until five running minutes, and all later ones, have 95 % of {level}.",
+    "lost: by how many minutes of seeing the hand the run is behind {behind}.",
+    "The fork is the same run without the damage. A run below 90 % of it in windows 4 to 6 is called lost.",
+    "undone: the first minute after the damage is undone, as a share of the level before; and how long it takes until "
+    "a running minute has 95 % of that level.",
+    "miss: how far a head that misses is from the nearest head posture that would see the hand.",
+    "us, kB: the microseconds that the learner alone takes in a frame, and the size of its state.",
 )
 
 
@@ -149,7 +154,7 @@ def relearning(result: StudyResult) -> Relearning | None:
             damaged, healed = ([r for r in rows if r["condition"] == name and r["phase"] == k] for k in (1, 2))
             if any(row["frames"] for row in damaged):
                 entries.append(Entry(learner, damage, tuple(_cell(head, damaged, healed) for head in heads)))
-    table = _without_empty(heads, entries, "the fork's" if forks(result) else "the level before")
+    table = _without_empty(heads, entries, bool(forks(result)))
     return table if ("level", "%") in table.heads else None
 
 
@@ -168,12 +173,13 @@ def named_conditions(result: StudyResult) -> dict[str, tuple[str, str]]:
     return found
 
 
-def _without_empty(heads: Sequence[Head], entries: Sequence[Entry], against: str) -> Relearning:
+def _without_empty(heads: Sequence[Head], entries: Sequence[Entry], forked: bool) -> Relearning:
+    against = {"level": "the fork's", "behind": "its fork"} if forked else dict.fromkeys(("level", "behind"), _BEFORE)
     kept = [k for k in range(len(heads)) if any(entry.cells[k].mean != NONE for entry in entries)]
     return Relearning(
         heads=tuple((heads[k].group, heads[k].name) for k in kept),
         entries=tuple(Entry(e.learner, e.damage, tuple(e.cells[k] for k in kept)) for e in entries),
-        legend=tuple(text.format(against) for text in LEGEND),
+        legend=tuple(text.format(**against) for text in LEGEND),
     )
 
 

@@ -21,8 +21,8 @@ VERBS = {
     "resume": "continue a run after Ctrl-C or a kill, bit for bit",
     "report": "write the page of a run, with its figures, of several runs, or of a study",
     "film": "make a film of a run: the robot from outside, and what its eye sees",
-    "evaluate": "ask what a run has learned, on postures it never met",
-    "compare": "compare learners and damages under many seeds, in all cores",
+    "evaluate": "ask the learner of a run where it would look at random arm postures",
+    "compare": "compare learners and damages under many seeds, on all cores",
     "study": "run many experiments that a study file describes, here or on a Ray cluster",
     "check-body": "look at a robot of yours: its joints, its sight, what is wrong, an anatomy for it",
     "describe": "print the description file of a preset, with comments, to change and run",
@@ -32,14 +32,14 @@ VERBS = {
 #: How MuJoCo begins to refuse a value of this variable, when it is imported.
 _MUJOCO_GL = "invalid value for environment variable MUJOCO_GL"
 
-USAGE = f"""usage: somatopy VERB [OPTIONS]
+USAGE = f"""usage: somatopy COMMAND [OPTIONS]
 
 A robot babbles with its arm, watches its hand, and learns online where to look.
 
 {chr(10).join(f"  {verb:<11}{text}" for verb, text in VERBS.items())}
 
 example: somatopy run paper --minutes 10 --eye geometric
-Each verb explains itself: somatopy VERB --help
+Each command explains itself: somatopy COMMAND --help
 """
 
 
@@ -72,7 +72,7 @@ def _answer(args: list[str]) -> int:
         from somatopy.validation import meant
 
         asked = meant(verb, VERBS)
-        return _fail(f"{verb!r} is no verb of somatopy. {asked}Choose one of {', '.join(VERBS)}.", 2)
+        return _fail(f"{verb!r} is no command of somatopy. {asked}Choose one of {', '.join(VERBS)}.", 2)
     os.environ.setdefault("PYDANTIC_ERRORS_INCLUDE_URL", "0")
     return _called(verb, rest)
 

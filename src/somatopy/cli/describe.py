@@ -16,7 +16,7 @@ __all__ = ["commented", "main"]
 
 TEXT = """Print the description file (TOML) of a preset, a file or a run folder: every setting with its meaning.
 
-Change what you like in it and run it. Options change it before, as those of somatopy run do.
+Change what you like in it and run it. It takes the options of somatopy run, and prints what they lead to.
 
 example: somatopy describe paper --learner best > my.toml
 """

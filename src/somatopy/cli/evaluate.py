@@ -14,9 +14,9 @@ from somatopy.experiment.evaluate import evaluate
 
 __all__ = ["main"]
 
-TEXT = """Ask a run where it looks for arm postures that it never met.
+TEXT = """Ask the learner of a run where it would look at random arm postures.
 
-Learning is off, and nothing in the run folder changes.
+It prints how many of these gazes see the hand. Learning is off, and nothing in the run folder changes.
 
 example: somatopy evaluate runs/20141013-120000_paper_seed0
 """

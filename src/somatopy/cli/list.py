@@ -50,7 +50,9 @@ def _choices() -> Table:
     done = _kinds(INTERVENTIONS)
     return {
         "presets": {name: _line(_maker(name).__doc__) for name in PRESETS},
-        "bodies": {name: f"{robot.name}, a model of the kind mujoco." for name, robot in robots.items()}
+        "bodies": {
+            name: f"{robot.name}, a model for the kind mujoco: --body.model {name}." for name, robot in robots.items()
+        }
         | _kinds(BODIES),
         "eyes": _kinds(EYES),
         "babblers": _kinds(BABBLERS),

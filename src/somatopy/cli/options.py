@@ -19,7 +19,10 @@ from somatopy.validation import meant
 __all__ = ["DEBUG", "JSON", "QUIET", "SWITCH", "Flags", "OnCheckpoint", "OnRun", "Options", "parse"]
 
 _DAMAGE = "Its damage: none, paper, offset:A,B,C,D (rad), or another that somatopy list names."
-_MINUTES = "Robot time of all phases together, in proportion; with --damage-minutes, of the first phase."
+_MINUTES = "Robot time of all phases together, which keep their proportions; with --damage-minutes, of the first phase."
+_EYE = "What finds the marker: fiducial (in rendered pictures) or geometric (computed, faster)."
+_MOTION = "Physics (dynamic), or joints that obey at once (kinematic)."
+_LEARNER = "What moves the head: best, hebbian (the paper's), or another that somatopy list names."
 _OUT = "A folder, new or empty. (default: one in runs/)"
 #: The type of an option without a value.
 SWITCH = Annotated[bool, tyro.conf.FlagCreatePairsOff]
@@ -32,8 +35,8 @@ _TABLES = """Further options set any field, such as --babbling.speed 0.5. They s
 tables {tables}.
 --help TABLE lists the options of one, such as --help phases.
 """
-_OF_A_TABLE = """These options set fields of {table}.
-Fields and defaults are those of what is chosen: --learner fixed --help learner.
+_OF_A_TABLE = """These options set fields of {table}. Which there are depends on what is chosen:
+for another choice, name it as well, as in --learner fixed --help learner.
 """
 _OF_PHASES = """Phases, and what is done in them, are counted from 0 here, as places in a list:
 phases.0 is what reports call phase 1. In --phases.N.interventions.K.kind KIND,
@@ -45,9 +48,9 @@ K counts start, plastic and damage as well, in this order, before the rest.
 class Flags:
     """Short flags; what is None leaves the description as it is."""
 
-    eye: Annotated[str | None, mark("KIND", "What finds the marker.", None)] = None
-    motion: Annotated[str | None, mark("dynamic|kinematic", "Physics, or joints that obey at once.", None)] = None
-    learner: Annotated[str | None, mark("KIND", "What moves the head.", None)] = None
+    eye: Annotated[str | None, mark("KIND", _EYE, None)] = None
+    motion: Annotated[str | None, mark("dynamic|kinematic", _MOTION, None)] = None
+    learner: Annotated[str | None, mark("KIND", _LEARNER, None)] = None
     minutes: Annotated[float | None, mark("MINUTES", _MINUTES, None)] = None
     damage_minutes: Annotated[float | None, mark("MINUTES", "Robot time of the damaged phase.", None)] = None
     damage: Annotated[str | None, mark("KIND", _DAMAGE, None)] = None

@@ -33,8 +33,8 @@ __all__ = ["CONTROLS_FOLDER", "complete", "main"]
 
 TEXT = """Reproduce the paper: experiment, ceiling and controls, table, figures, report.
 
-In full it is 304 minutes of robot time. Beside the run, which has rendered pictures, go runs of more seeds with the
-geometric eye: a band that shows how much of it is chance. This is a quick look:
+In full it is 304 minutes of robot time. The run has rendered pictures. At the same time more seeds run with the
+geometric eye: a band that shows how much of the result is chance. This is a quick look:
 
 example: somatopy reproduce --minutes 20 --damage-minutes 10
 """

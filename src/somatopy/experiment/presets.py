@@ -31,7 +31,7 @@ def paper() -> Description:
 
 
 def paper_wide() -> Description:
-    """The paper's experiment with a wide babbling range, fast joints, and maps that hardly stretch.
+    """The paper's experiment with a wide babbling range, fast joints, and loosely coupled map units.
 
     The preset `paper` had these settings before its calibration. In a rough trial in which nothing could hide the hand,
     they came nearest to the levels of the paper.

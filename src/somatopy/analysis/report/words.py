@@ -47,15 +47,15 @@ OWN_MAPS = (
     "as the paper's are, so that Figure 2 and the map explorer are left out."
 )
 CEILING = "The ceiling is the share of frames in which some head posture would have seen the hand. "
-REACTIVE = "The reactive bound is what perfect knowledge of the arm, without looking ahead, makes of it. "
-LEVEL = "A phase of less than two windows is drawn level at its mean. "
+REACTIVE = "The reactive bound is what a gaze would see that knows the arm perfectly, but does not look ahead. "
+LEVEL = "A phase of less than two windows is drawn as a level line at its mean. "
 MEAN = f"over the last {DISTORTION_WIDTH:,} inputs, after the update"
 CAPTIONS = {
     "hits": "Hits are frames in which the marker on the hand was detected. Points are windows of five minutes, "
     f"{WINDOW:,} frames. The pale line is the running minute, scaled to five. Both are drawn where they start. Trends "
     "are least squares over full windows, restarted at the damage and 35 minutes after it, as in the paper.",
-    "efficiency": f"{CEILING}{REACTIVE}{LEVEL}Both are reckoned by the geometric eye; so are the controls, "
-    "which run on the same arm movements.",
+    "efficiency": f"{CEILING}{REACTIVE}Both are computed with the geometric eye. Controls, if there are any, ran on "
+    f"the same arm movements, with the geometric eye as well. {LEVEL}",
     "arm": f"Mean distance from arm posture to winner {MEAN}; 1 is a joint's whole range (the paper's Figure 4).",
     "head": "The same for the head map (the paper's Figure 5).",
     "gaze": "Angle between the camera's optical axis and the hand, seen or not, over stretches of {}.",
@@ -67,9 +67,9 @@ CAPTIONS = {
     "gazes_only": "Each panel is one arm posture that the run does not contain. Red outline: the gazes that see the "
     "hand, by the geometric eye. Yellow: where the learner would look. Sand: out of the head's reach. This learner "
     "does not say what it believes.",
-    "agreement": "Over all panels, at the ends of windows and phases: of the gazes that see the hand, the share of "
-    "which the learner believes so by more than one half; of the others, the share of which it does not. The balanced "
-    "accuracy is the mean of the two; 50 % is reached without any knowledge.",
+    "agreement": "How often the learner is right, over all panels, at the ends of windows and phases. Two shares are "
+    "counted: of the gazes that see the hand, those with a belief of more than one half, and of the other gazes, those "
+    "with a belief of at most one half. The balanced accuracy is the mean of the two; 50 % takes no knowledge.",
     "missed_gazes": "The bars sum all misses, those where no gaze of the ceiling's grid sees the hand on the left. "
     "Counted in stretches of consecutive frames, spread evenly over the first and the last phase.",
     "missed_ages": "Share of frames that are missed, of those in which the hand has been visible from some gaze for as "
@@ -102,7 +102,7 @@ def captions(runs: Sequence[Run], units: Sequence[Mapping[str, str]]) -> dict[st
         text = f"Share of frames with the hand seen; controls ran on the same arm movements. {LEVEL}"
         found = found | {"efficiency": text}
     elif alone and reactive_rate(run) is None:
-        found = found | {"efficiency": f"{CEILING}{LEVEL}It is reckoned by the geometric eye."}
+        found = found | {"efficiency": f"{CEILING}It is computed with the geometric eye. {LEVEL}"}
     stretches = {"one minute" if gaze_stretch(each) == 1 else "five minutes" for each in runs}
     found = found | {"gaze": found["gaze"].format(" or ".join(sorted(stretches, reverse=True)))}
     if not all(in_shares(unit) for told in units for unit in told.values()):
