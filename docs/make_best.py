@@ -211,6 +211,25 @@ def lasting(found: Found) -> str:
     return "\n" + rows(("", "seeds", *head), body) + "\n"
 
 
+#: What is looked at, the conditions of the usual rates and of slow ones, and when.
+SLOW = (
+    ("before the damage, minutes 5 to 10", FULL, "learns slowly", SECOND),
+    ("before the damage, minutes 45 to 60", FULL, "learns slowly", END),
+    ("the paper's damage, minutes 5 to 15", FULL, "learns slowly", REST_AFTER),
+    ("`dead-joint-1`, minutes 5 to 15", "dead joint 1", "dead joint 1, learns slowly", REST_AFTER),
+    ("`dead-joint-2`, minutes 5 to 15", "dead joint 2", "dead joint 2, learns slowly", REST_AFTER),
+)
+
+
+def dead(found: Found) -> str:
+    """What slower rates would be worth where a joint is dead, and elsewhere."""
+    body = []
+    for called, usual, slow, moment in SLOW:
+        usually, slowly = (efficiency(found[PARTS], name, moment) for name in (usual, slow))
+        body.append([called, str(len(usually)), level(usually), text(less(slowly, usually), "{:+.1f}")])
+    return "\n" + rows(("mechanical range", "seeds", "`best`", "more with rates times .3"), body) + "\n"
+
+
 def seeds_of(found: Found, studies: Sequence[str]) -> str:
     """How many seeds the least and the best known of these cells have."""
     counts = [len(efficiency(found[study], name, FIRST_AFTER)) for study in studies for name in PLASTIC]
@@ -352,6 +371,7 @@ BLOCKS: dict[str, Callable[[Found], str]] = {
     "parts": parts,
     "plastic": plastic,
     "lasting": lasting,
+    "dead": dead,
     "rates": rates,
     "late": late,
     "heads": heads,
