@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Callable
@@ -106,14 +107,18 @@ def test_mujoco_may_be_imported_first(picture: str) -> None:
 
 
 def test_without_any_library_the_message_says_what_to_install(without: Callable[..., dict[str, str]]) -> None:
-    """Both reasons, and the packages' names."""
+    """Both reasons, and the packages that set-up, README and the page on installing name."""
     done = run(DRAW, **without("mujoco.egl", "mujoco.osmesa", error="ImportError"))
     assert done.returncode == 1
     last = done.stderr.strip().splitlines()[-1]
     assert "NoGL: Cannot draw the robot's camera" in last
     assert "egl: ImportError: no library behind mujoco.egl" in last
     assert "osmesa: ImportError: no library behind mujoco.osmesa" in last
-    assert "apt-get install libegl1 libgl1-mesa-dri libosmesa6" in last
+    root = Path(__file__).parents[2]
+    packages = re.search('EGL_PACKAGES="(.+)"', (root / "scripts/setup.sh").read_text(encoding="utf-8"))
+    assert packages and f"apt-get install {packages[1]}." in last
+    for page in ("README.md", "docs/install.md"):
+        assert f"apt-get install {packages[1]} " in (root / page).read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize(("backend", "module"), [("osmesa", "OpenGL.osmesa"), ("egl", "mujoco.egl.egl_ext")])

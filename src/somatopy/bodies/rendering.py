@@ -53,7 +53,7 @@ def _context_class() -> tuple[str, Any]:
         reasons.append(f"{name}: {reason}")
     raise NoGL(
         "Cannot draw the robot's camera: no offscreen OpenGL works here "
-        f"({'; '.join(reasons)}). Install one, on Debian or Ubuntu: apt-get install libegl1 libgl1-mesa-dri libosmesa6."
+        f"({'; '.join(reasons)}). Install one, on Debian or Ubuntu: apt-get install libegl1 libgl1-mesa-dri libopengl0."
     )
 
 
