@@ -18,7 +18,10 @@ BIN = 0.1  # rad
 
 
 def knowing(head: Space, seed: int) -> tuple[Memory, Floats, Floats]:
-    """A head with a bias that was cut at all commands, a hand near the end of its first joint, and some evidence."""
+    """A head with a bias that was cut at all commands, a hand near the end of its first joint, and some evidence.
+
+    By odd seeds evidence grows to the lower end of the last joint, by even ones to the upper end.
+    """
     memory, rng = fresh(robot(2, head)), np.random.default_rng(seed)
     memory.bias[:] = rng.uniform(-0.1, 0.1, len(head))
     memory.reach[:] = rng.uniform(0.3, 0.8, len(head))
@@ -26,7 +29,8 @@ def knowing(head: Space, seed: int) -> tuple[Memory, Floats, Floats]:
     memory.ends[1:, 1] = rng.uniform(0.05, 0.3, memory.ends[1:, 1].shape)
     centre = rng.uniform(-0.15, 0.15, len(head))
     centre[0] += head.upper[0]
-    return memory, centre, rng.normal(size=memory.sheet.size)
+    slope = 4 * (-1) ** seed * np.linspace(-1, 1, int(memory.shape[-1]))
+    return memory, centre, np.resize(slope, memory.sheet.size) + rng.normal(size=memory.sheet.size)
 
 
 def by_body(memory: Memory, command: Floats) -> Floats:
