@@ -64,7 +64,7 @@ def test_levels_are_compared_over_the_papers_time() -> None:
     """Runs that are shorter than nine tenths of the paper's first phase cannot tell."""
     for share, verdict in ((0.89, "cannot tell"), (0.91, "holds")):
         frames = round(share * PAPER_FRAMES[0]), PAPER_FRAMES[1]
-        short = study_of(8, lambda seed, frames=frames: {**noisy(seed), "frames": frames})  # type: ignore[misc]
+        short = study_of(8, lambda seed, frames=frames: {**noisy(seed), "frames": frames})
         (found,) = (one for one in judge_over_seeds(short, "paper") if one.claim.rule == "near")
         assert found.verdict == verdict
 
