@@ -109,6 +109,16 @@ def test_numbers_of_shorter_runs_are_not_compared() -> None:
     assert found["learns"].verdict == "holds"
 
 
+def test_nine_tenths_of_the_papers_time_are_enough() -> None:
+    """36 of its 39 windows and 160,100 of its 177,823 frames are; 35 and 160,000 are not."""
+    for last, frames, enough in ((34, 160_000, False), (35, 160_100, True)):
+        changed = summary()
+        changed["phases"][0]["trends"][0]["last"] = last
+        changed["phases"][0]["frames"] = frames
+        found = verdicts(changed)
+        assert found["learns, by how much"] == found["level"] == ("holds" if enough else "cannot tell")
+
+
 def test_the_level_flips_when_it_leaves_the_interval() -> None:
     """Rates that differ by more than √2 half-widths do not bear the paper out."""
     for rate, verdict in ((0.515, "holds"), (0.45, "does not hold"), (0.58, "does not hold")):

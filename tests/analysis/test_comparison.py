@@ -131,7 +131,8 @@ def test_bands_of_five_seeds_are_intervals(make_study: Any) -> None:
     interval = rate(compare(make_study({"a": five})), "a").interval
     assert band == "interval"
     assert (course.low[0], course.high[0]) == pytest.approx((4500 * interval.low, 4500 * interval.high), abs=1)
-    assert courses(make_study({"a": five, "b": {0: [0.1]}}))[1] == "range"
+    for few in ({0: [0.1]}, {seed: five[seed] for seed in range(4)}):
+        assert courses(make_study({"a": five, "b": few}))[1] == "range"
 
 
 def test_a_window_that_only_some_seeds_have(make_study: Any) -> None:

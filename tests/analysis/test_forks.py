@@ -29,6 +29,14 @@ def test_shares_of_the_fork() -> None:
     assert all(result.values("a, none", name, 1) == {} for name in NAMES)
 
 
+def test_windows_4_to_6_are_pooled_whole() -> None:
+    """Each counts, the first and the last too: .4, .7 and .7 in any order are three quarters of .8."""
+    for late in ([0.4, 0.7, 0.7], [0.7, 0.4, 0.7], [0.7, 0.7, 0.4]):
+        own = [0.1] * 15 + [level for level in late for _ in range(5)]
+        rows = [row("a, none", [0.8] * 30), row("a, gain", own)]
+        assert against_forks(study(rows, FACTORS)).values("a, gain", "fork_4_to_6", 1)[0] == pytest.approx(0.75)
+
+
 def test_minutes_back_are_those_from_which_on_it_keeps_up() -> None:
     """Where the fork falls, too, the damaged one need not do better."""
     fork = [0.8] * 10 + [0.2] * 5 + [0.8] * 15

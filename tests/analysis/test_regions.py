@@ -58,6 +58,15 @@ def test_few_frames_tell_nothing(make_run: Any, vector_columns: Any) -> None:
     assert share[0, 0] == 1.0 and np.isnan(share).sum() == 3
 
 
+@pytest.mark.parametrize(("frames", "cells"), [(100, 6), (6000, 10), (40_000, 24)])
+def test_longer_runs_have_finer_cells(make_run: Any, vector_columns: Any, frames: int, cells: int) -> None:
+    """Of twice as many frames as tell something, which is two seconds, in the mean: from 6 to 24 along a joint."""
+    columns = vector_columns("arm", "ab", np.random.default_rng(0).random((frames, 2)))
+    regions = arm_regions(make_run(np.zeros(frames), distances=columns))[0]
+    assert regions.frames[0, 1].shape == (cells, cells)
+    assert FEW == 2 * 15
+
+
 def test_ways_are_not_shown_as_angles(make_run: Any, vector_columns: Any) -> None:
     """Borders come in degrees for a hinge and as they are for a slide, and the axis names the unit."""
     values = np.column_stack([np.linspace(0, np.pi, 9), np.linspace(0, 0.2, 9)])

@@ -88,6 +88,16 @@ def test_a_dip_and_its_recovery() -> None:
     assert retention(dipped, 0.8) == pytest.approx(0.25)
 
 
+def test_a_dip_is_looked_for_up_to_the_end_of_the_fifth_minute() -> None:
+    """A fall in that minute alone is found whole."""
+    assert dip(curve(minutes((4, 0.8), (1, 0.2), (15, 0.8))), 0.8) == pytest.approx(0.25)
+
+
+def test_back_is_told_by_five_minutes() -> None:
+    """Of which two may be at .7 where 95 % of .8 are asked for: so it is back two minutes before it is at .8."""
+    assert minutes_back(curve(minutes((7, 0.7), (23, 0.8))), 0.8) == pytest.approx(5.0)
+
+
 def test_only_what_stays_is_back() -> None:
     """A second fall counts, and who ends below is not back; who never fell needs no time, and has no deficit."""
     twice = curve(minutes((5, 0.2), (10, 0.8), (5, 0.2), (10, 0.8)))
@@ -151,6 +161,15 @@ def test_levels_are_those_of_the_last_undamaged_phase() -> None:
     healed = of_phase(healthy, shares, "none", before)
     assert healed["retention"] == pytest.approx(0.5) and 1.5 < healed["retention_minutes"] <= 2
     assert of_phase(healthy, shares, "none", before[:2])["retention"] is None
+
+
+def test_what_is_kept_is_measured_by_the_level_before_not_by_what_it_comes_to() -> None:
+    """From .4 to .8, where .5 was before: .8 of it is kept, and 95 % of it come soon, long before 95 % of .8."""
+    before = [row(9, "none", 0.5), row(9, "gain", 0.1)]
+    healed = of_phase(flags(minutes((2, 0.4), (4, 0.8)), 1.0), [1.0] * 36, "none", before)
+    assert healed["retention"] == pytest.approx(0.8)
+    # .4 + .4 x >= .475 for the share x of a minute that is good: two steps of ten seconds, after eight of them
+    assert healed["retention_minutes"] == pytest.approx(8 * STEP)
 
 
 def test_without_a_ceiling_only_hits_are_known() -> None:

@@ -58,6 +58,16 @@ def test_misses_are_classed_by_gazes_and_ages() -> None:
             np.testing.assert_equal(shares[k], missed[these].mean() if these.any() else np.nan)
 
 
+def test_classes_are_those_that_the_report_names() -> None:
+    """Misses from 1, 5, 15, 50 and 150 gazes on, and from 0, 2, 4, 8 and 16 frames on."""
+    gazes = np.array([0, 1, 4, 5, 14, 15, 49, 50, 149, 150, 999])
+    sight = Sight(np.arange(11), np.zeros(11, int), gazes, 2089, np.zeros(11, int), np.ones(11, bool))
+    np.testing.assert_allclose(sight.by_gazes(0), np.array([1, 2, 2, 2, 2, 2]) / 10)
+    gazes = np.array([0, *[9] * 20])
+    sight = Sight(np.arange(21), np.zeros(21, int), gazes, 2089, np.zeros(21, int), np.ones(21, bool))
+    assert sight.by_age(0)[1].tolist() == [2, 2, 4, 8, 4]
+
+
 def test_without_visible_frames_there_are_no_shares() -> None:
     """No warning, no number made up."""
     none = np.zeros(5, np.int64)

@@ -198,6 +198,13 @@ def test_few_seeds_tell_little() -> None:
     assert shows([], 1).p == 1 and equivalent([], 1).verdict == equivalent([0], 1).verdict == "cannot tell"
 
 
+@pytest.mark.parametrize(("n", "method"), [(19, "t"), (20, "BCa")])
+def test_from_twenty_seeds_on_intervals_are_bootstrapped(n: int, method: str) -> None:
+    """And only then there is an interquartile mean."""
+    interval = mean_interval(skewed(n))
+    assert interval.method == method and (interval.iqm is None) == (method == "t")
+
+
 def test_a_middle_half_of_one_value_has_no_interval() -> None:
     """Where leaving out any seed changes nothing, BCa has no acceleration; the mean's interval stays."""
     interval = mean_interval([0.0] * 18 + [1.0, 2.0])

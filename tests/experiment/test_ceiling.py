@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ import pytest
 from somatopy.bodies import MujocoBody
 from somatopy.experiment import ceiling as module
 from somatopy.experiment.ceiling import Vantages, best_fixed_head, ceiling, reachable, reactive_hits
-from somatopy.percept import Floats
+from somatopy.percept import Floats, JointGroup, Reading
 
 COARSE = (25, 9)
 FINE = (97, 29)
@@ -186,6 +187,54 @@ def test_best_fixed_head_is_the_most_robust_of_equals(body: MujocoBody) -> None:
     assert (vantages.heads[seen] != best).any(axis=1).sum() > 5
     around = (np.abs(vantages.heads - best) < 1.5 * step).all(axis=1)
     assert around.sum() == 9 and seen[around].all()
+
+
+def test_best_fixed_head_of_many_arm_postures_is_that_of_every_kth(
+    body: MujocoBody, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """So that no more than enough are looked at, from the start to the end."""
+    monkeypatch.setattr(module, "_ENOUGH", 4)
+    here, there = [0.4, 0.0, -1.0, -0.9], [-0.5, 0.2, -1.0, -0.5]
+    arms = np.array([here if k % 3 == 0 else there for k in range(11)])
+    every, others = (best_fixed_head(body, np.array([arm]), COARSE) for arm in (here, there))
+    assert (every != others).any()
+    np.testing.assert_array_equal(best_fixed_head(body, arms, COARSE), every)
+
+
+class Turning:
+    """A head of a slow joint and a quick one that is at once where it is told to be."""
+
+    def __init__(self) -> None:
+        self.head = JointGroup(("slow", "quick"), -np.ones(2), np.ones(2), np.array([1.0, 8.0]))
+        self.told: list[Floats] = []
+
+    def another(self) -> Turning:
+        return self
+
+    def reset(self) -> Reading:
+        return Reading(0.0, np.zeros(1), np.zeros(2), np.zeros(1), np.zeros(2))
+
+    def step(self, arm: Floats, head: Floats) -> Reading:
+        self.told.append(head)
+        return Reading(0.0, arm, head, arm, head)
+
+    def view(self, arm: Floats, head: Floats) -> None: ...
+
+    def close(self) -> None: ...
+
+
+def test_reactive_gaze_goes_where_it_is_soonest() -> None:
+    """Of equally robust head postures, by the joint that takes longest at its own speed."""
+    body: Any = Turning()
+    vantages: Any = SimpleNamespace(
+        body=body,
+        eye=SimpleNamespace(find=lambda view: None),
+        heads=np.array([[0.3, 0.0], [0.1, 0.9], [0.2, -0.1]]),
+        seeing=lambda arm: np.ones(3, bool),
+        robustness=lambda seen: np.array([2, 2, 2]),
+    )
+    reactive_hits(vantages, np.zeros((1, 1)))
+    assert {tuple(head) for head in body.told} == {(0.1, 0.9)}
 
 
 def test_best_fixed_head_needs_arm_postures(body: MujocoBody) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -15,6 +16,7 @@ from somatopy.contract import Stage
 from somatopy.experiment import Description, DescriptionError, RunFolder, Session, session
 from somatopy.experiment.evaluate import evaluate
 from somatopy.experiment.run_folder import CHECKPOINT
+from somatopy.eyes import GeometricEye
 from somatopy.interventions import NoIntervention
 from somatopy.learners import FixedGaze
 
@@ -56,6 +58,30 @@ def test_a_gaze_is_judged_by_where_it_is(run_short: RunShort) -> None:
     assert away["gaze_error_deg"]["median"] > ahead["gaze_error_deg"]["median"] + 10
     assert ahead["rate"] > 0.05
     assert away["reachable"] == ahead["reachable"]
+
+
+def test_numbers_are_those_of_the_postures_that_are_asked(run_short: RunShort, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each counted anew: the angle between optical axis and hand, its middle and its 95th of a hundred; what is seen.
+
+    What is seen can be reached, also where no posture of the ceiling's grid sees it.
+    """
+    asked: list[Any] = []
+
+    def nothing(vantages: Any, arms: Any) -> Any:
+        asked.extend(arms)
+        return np.zeros(len(arms), bool)
+
+    monkeypatch.setattr("somatopy.experiment.evaluate.reachable", nothing)
+    result = evaluate(run_short(learner=AHEAD).path, 101)
+    with closing(MujocoBody("nao", motion="kinematic")) as body:
+        eye = GeometricEye(body.camera, body.marker, body.occluders)
+        views = [body.view(arm, np.array(AHEAD["head"])) for arm in asked]
+    seen = [eye.find(view) is not None for view in views]
+    ways = [(view.camera[3:].reshape(3, 3)[:, 2], view.marker[:3] - view.camera[:3]) for view in views]
+    angles = sorted(np.degrees(np.arccos(-back @ way / np.linalg.norm(way))) for back, way in ways)
+    assert result["gaze_error_deg"] == pytest.approx({"median": angles[50], "p95": angles[95]})
+    assert result["rate"] == result["reachable"] == pytest.approx(sum(seen) / 101) and result["efficiency"] == 1.0
+    assert 0 < sum(seen) < 101
 
 
 def test_the_learner_perceives_the_damage_of_the_phase_reached(run_short: RunShort) -> None:

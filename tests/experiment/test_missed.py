@@ -55,3 +55,12 @@ def test_hits_do_not_count_and_phases_are_apart(body: MujocoBody) -> None:
     found = miss_distances([body] * 3, [arms, arms, arms[:0]], [heads, heads, heads[:0]], [every, missed, every[:0]])
     assert found == [None, miss_distance(Vantages.of(body), arms[1:], heads[1:]), None]
     assert found[1] is not None and found[1] > 0
+
+
+def test_of_many_misses_some_are_looked_at_evenly(body: MujocoBody, monkeypatch: pytest.MonkeyPatch) -> None:
+    """From the first to the last of them."""
+    monkeypatch.setattr("somatopy.experiment.missed._MOST", 3)
+    heads, arms = np.linspace([-1.0, 0.0], [0.2, 0.0], 8), np.tile(FRONT, (8, 1))
+    hits = np.arange(8) == 2
+    found = miss_distances([body], [arms], [heads], [hits])
+    assert found == [miss_distance(Vantages.of(body), arms[:3], heads[[0, 4, 7]])]

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from numpy.typing import ArrayLike
 
+from somatopy.babbling import UniformBabbler
 from somatopy.bodies import Anatomy, MujocoBody, anatomy_path
 from somatopy.clock import FRAME
 from somatopy.contract import same
@@ -178,6 +179,38 @@ def test_interventions_apply_in_their_order_with_streams_of_their_own(short: Sho
     assert len({number for numbers in first.values() for number in numbers}) == 6
     assert draws() == first
     assert not {n for ns in draws(seed=4).values() for n in ns} & {n for ns in first.values() for n in ns}
+
+
+@pytest.mark.parametrize("seed", [3, 4])
+def test_each_part_has_the_seed_and_a_stream_of_its_own(short: Short, seed: int) -> None:
+    """The body is told the seed; babbler, learner and each fresh learner draw what no other draws, again and again."""
+    seeds: list[int | None] = []
+
+    class Told(Drawing):
+        def reset(self, seed: int | None = None) -> Reading:
+            seeds.append(seed)
+            return super().reset(seed)
+
+    def draws(seed: int) -> list[float]:
+        drawn: list[float] = []
+
+        def babbler(arm: JointGroup, start: Floats, rng: np.random.Generator) -> UniformBabbler:
+            drawn.append(rng.random())
+            return UniformBabbler(arm, arm.space.limits, 0.8, start, rng)
+
+        def learner(robot: Robot, rng: np.random.Generator) -> FixedGaze:
+            drawn.append(rng.random())
+            return FixedGaze([0.0, 0.0])
+
+        phases = [{"name": "a", "frames": 1}, *({"name": name, "frames": 1, "start": "afresh"} for name in "bc")]
+        body, eye = Told(lambda seconds: None), Searching(lambda seconds: None, looks=False)
+        with Session(short(phases=phases, seed=seed), body=body, eye=eye, babbler=babbler, learner=learner) as session:
+            list(session)
+        return drawn
+
+    first = draws(seed)
+    assert len({*first}) == 4 and draws(seed) == first and not {*draws(seed + 1)} & {*first}
+    assert seeds == [seed, seed, seed + 1]
 
 
 def test_a_phase_without_frames_has_no_effect(short: Short) -> None:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from somatopy.contract import Intervention
+from somatopy.interventions import Intervention
 from somatopy.percept import Camera, Floats, JointGroup, Percept, Sighting
 from somatopy.registry import INTERVENTIONS
 

@@ -56,6 +56,18 @@ def test_a_reached_target_is_given_up() -> None:
     assert (found[1:] != found[:-1]).any(axis=1).all()
 
 
+@pytest.mark.parametrize(("unit", "near"), [("rad", 0.02), ("m", 0.002)])
+def test_a_target_is_reached_within_a_degree_or_two_millimetres(unit: str, near: float) -> None:
+    """.02 rad of a hinge, .002 m of a slide, to either side."""
+    head = Space(("yaw", "lift"), *LIMITS.T, ("rad", unit))
+    robot = Robot({"arm": ROBOT.arm, "head": head}, ("head",), ROBOT.camera)
+    for share, reached in ((0.95, True), (1.05, False)):
+        for side in (-1, 1):
+            gaze = RandomGaze(robot, np.random.default_rng(0))
+            found = targets(gaze, 2, head=np.array([0.0, side * share * near]))
+            assert (found[0] != found[1]).any() == reached
+
+
 @pytest.mark.parametrize("head", [[0.5, 0.0], [0.0, 0.3]])
 def test_a_target_that_one_joint_has_reached_is_held(head: list[float]) -> None:
     """A posture is reached when every joint is: with one joint still under way it stays for its second."""

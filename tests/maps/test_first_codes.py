@@ -50,6 +50,17 @@ def test_pca_codes_of_what_does_not_vary_in_a_plane_are_finite(lattice: Lattice,
     assert (found >= table.min() - 1).all() and (found <= table.max() + 1).all()
 
 
+@pytest.mark.parametrize("rows", [5, 50, 104, 150])
+@pytest.mark.parametrize("shape", [(64,), (4, 6)])
+def test_pca_codes_of_what_varies_alike_in_all_directions(rows: int, shape: tuple[int, ...]) -> None:
+    """As one-hot columns do: any direction is one of greatest variance, and codes go a standard deviation along it."""
+    table = np.eye(rows)
+    found = codes("pca", Lattice(shape), table) - table.mean(axis=0)
+    ends = np.sqrt(len(shape) / rows)  # of a line; of the corners of a square
+    assert np.linalg.norm(found, axis=1).max() == pytest.approx(ends)
+    np.testing.assert_allclose(found.sum(axis=1), 0, atol=1e-9)  # rows sum to 1, and so do codes
+
+
 @pytest.mark.parametrize("units", [10, 300, 700])
 def test_sampled_codes_are_rows_each_as_often(units: int) -> None:
     """No row twice before each has been taken."""

@@ -205,6 +205,22 @@ def test_an_elasticity_that_is_given_or_a_presets_stays() -> None:
 
 
 @hasty
+def test_the_elasticity_is_that_of_inputs_that_move_the_map() -> None:
+    """Of a regular hexagon any row sees the others 1, 1, sqrt(3), sqrt(3) and 2 away; 2 is the farthest.
+
+    With one unit these are the nearest: the mean of their cubes by that of their squares is what moves the map, and
+    the neighbourhood spans .8 cells of it. Corners of a simplex are all as far from each other as any two rows.
+    """
+    angles = np.arange(6) * np.pi / 3
+    hexagon = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    moving = (2 + 2 * 3**1.5 + 8) / (2 + 2 * 3 + 4) / 2
+    assert chosen(hexagon, (1,)) == pytest.approx(0.8 / moving)
+    apart = np.eye(64 + 40)
+    assert chosen(apart, (8, 8)) == pytest.approx(0.8 / 7 / np.sqrt(2))
+    assert chosen(apart, (64,)) == pytest.approx(0.8 / 63)
+
+
+@hasty
 def test_a_lattice_of_one_axis_has_finer_cells_and_less_elasticity() -> None:
     """Of as many units: 64 along one axis are nearer to each other than 8 along each of two."""
     X = np.random.default_rng(0).random((1000, 2))

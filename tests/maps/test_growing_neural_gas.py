@@ -150,6 +150,13 @@ def test_keeps_its_invariants_while_units_come_and_go(utility: float | None) -> 
     assert len(sizes) > 5
 
 
+def test_it_begins_with_the_numbers_of_its_source() -> None:
+    """Fritzke (1995): lambda = 100, alpha = .5, d = .995, epsilon_n = .006 and a_max = 50."""
+    own = GrowingNeuralGas().get_params()
+    names = ("insert_every", "error_share", "decay", "neighbour_rate", "max_age")
+    assert [own[name] for name in names] == [100, 0.5, 0.995, 0.006, 50]
+
+
 def test_a_unit_comes_each_lambda_inputs() -> None:
     """While no edge can grow too old, after n inputs there are 2 + n // lambda units, up to `max_units`."""
     gas, inputs = GrowingNeuralGas(insert_every=7, max_age=10_000, max_units=50, random_state=0), square(0, 0.5, 500)

@@ -36,6 +36,12 @@ def test_agrees_with_its_equation(units: int, dims: int, widths: tuple[float, fl
     np.testing.assert_allclose(trained.partial_fit(inputs).codebook_, expected, rtol=0, atol=1e-12)
 
 
+def test_it_begins_with_the_schedule_whose_errors_are_published() -> None:
+    """Rougier and Boniface (2011), as in test_golden: from .5 to .005, and from 10 ranks to .01, over 20,000 inputs."""
+    own = NeuralGas().get_params()
+    assert (own["learning_rate"], own["width"], own["horizon"]) == ((0.5, 0.005), (10.0, 0.01), 20_000)
+
+
 def test_equal_units_rank_in_their_order() -> None:
     """Of units at one place the first moves most, each next one less by the factor exp(-1 / width)."""
     trained = NeuralGas(units=4, learning_rate=0.5, width=1.0, init=np.zeros((4, 2)))

@@ -99,11 +99,19 @@ def _principal(centred: Floats, directions: int, rng: np.random.Generator) -> tu
     """Standard deviations and unit vectors (directions, dims) of greatest variance, the greatest first."""
     rows, dims = centred.shape
     if dims <= MOST_EXACT:
-        found = eigh(centred.T @ centred / rows, subset_by_index=[dims - directions, dims - 1])
-        variances, axes = found[0][::-1], found[1][:, ::-1].T
+        variances, axes = _greatest(centred.T @ centred / rows, directions)
         return np.sqrt(np.maximum(variances, 0.0)), svd_flip(None, axes, u_based_decision=False)[1]
     _, sizes, axes = randomized_svd(centred, directions, random_state=int(rng.integers(2**31)))
     return sizes / np.sqrt(rows), axes
+
+
+def _greatest(covariance: Floats, count: int) -> tuple[Floats, Floats]:
+    """The greatest eigenvalues, the greatest first, and their unit vectors, shape (count, dims)."""
+    dims = len(covariance)
+    values, vectors = eigh(covariance, subset_by_index=[dims - count, dims - 1])
+    if len(values) < count:  # where many are equal, LAPACK can lose all of those that are asked for
+        values, vectors = eigh(covariance)
+    return values[: -count - 1 : -1], vectors[:, : -count - 1 : -1].T
 
 
 def _unfolded(lattice: Lattice) -> Floats:

@@ -10,7 +10,7 @@ from somatopy import Session
 from somatopy.experiment.changes import changed
 from somatopy.experiment.presets import PRESETS
 from somatopy.learners import BestLearner
-from somatopy.learners.best.forgetting import FORGETTING, forget, voices
+from somatopy.learners.best.forgetting import forget, voices
 from somatopy.learners.best.memory import FORGOTTEN, LASTING, METRIC_MOST, SURPRISE, Memory, fresh, packed
 from somatopy.learners.best.schema import surprise, trust_of
 
@@ -26,12 +26,15 @@ def surprised(kappa: float, lasting: float) -> Memory:
 
 
 def test_units_fade_when_they_are_active_as_if_all_had_faded_in_every_frame() -> None:
-    """What each of them says after 200 frames, whenever it was active, is e^-r of what it said, r the sum of rates."""
+    """What each of them says after 200 frames, whenever it was active, is e^-r of what it said, r the sum of rates.
+
+    A rate is .01 kappa lambda^2.
+    """
     memory, rng = surprised(0.8, 0.5), np.random.default_rng(1)
     before = memory._replace(**{name: getattr(memory, name).copy() for name in ("turns", "fields", "common", "metric")})
     for _ in range(200):
         forget(memory, rng.choice(30, size=16, replace=False), 16)
-    kept = np.exp(-200 * FORGETTING * 0.8 * 0.5**2)
+    kept = np.exp(-200 * 0.01 * 0.8 * 0.5**2)
     voice = np.array([voices(memory, np.array([unit]), np.ones(1), 1)[0] for unit in range(40)])
     assert len(set(voice[:30])) > 2  # some were just active, and ten never were
     np.testing.assert_allclose(voice[30:], kept)

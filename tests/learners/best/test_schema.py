@@ -1,0 +1,69 @@
+"""Surprise, what it lets be learned, and being lost: the numbers of docs/best.md, steps 7 and 8, by hand."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from somatopy.learners.best.memory import (
+    FAST_ERROR,
+    FAST_SIGHT,
+    FRAMES,
+    HITS,
+    LASTING,
+    NUMBERS,
+    SLOW_ERROR,
+    SLOW_SIGHT,
+    SURPRISE,
+)
+from somatopy.learners.best.schema import count_sight, is_lost, surprise, trust_of
+
+
+def test_surprise_compares_a_fast_and_a_slow_average_and_lambda_follows_it() -> None:
+    """kappa = 2 (n_f - 2 n_s) / n_f after both have moved, .01 and .0005 of the way; lambda then .005 of the way."""
+    numbers = np.zeros(NUMBERS)
+    numbers[[FAST_ERROR, SLOW_ERROR, LASTING, HITS]] = 0.3, 0.1, 0.2, 4000
+    surprise(numbers, np.array([0.3, 0.4]))
+    fast, slow = 0.3 + 0.01 * (0.5 - 0.3), 0.1 + 0.0005 * (0.5 - 0.1)
+    kappa = 2 * (fast - 2 * slow) / fast
+    assert 0 < kappa < 1
+    assert numbers[[FAST_ERROR, SLOW_ERROR, SURPRISE]] == pytest.approx([fast, slow, kappa])
+    assert numbers[LASTING] == pytest.approx(0.2 + 0.005 * (kappa - 0.2))
+
+
+def test_a_beginner_is_not_surprised() -> None:
+    """Until its 4,000th hit the slow average is never below the fast one."""
+    for hits, surprised in ((3999, False), (4000, True)):
+        numbers = np.zeros(NUMBERS)
+        numbers[[FAST_ERROR, SLOW_ERROR, HITS]] = 0.5, 0.1, hits
+        surprise(numbers, np.array([0.5, 0.0]))
+        assert (numbers[SURPRISE] > 0) == surprised and (numbers[SLOW_ERROR] < 0.11) == surprised
+
+
+@pytest.mark.parametrize(
+    ("kappa", "lasting", "trust"), [(0.0, 0.7, 1.0), (1.0, 0.0, 0.0), (0.5, 0.6, 0.68), (1.0, 0.5, 0.25), (1, 1, 1)]
+)
+def test_what_is_learned_in_surprise(kappa: float, lasting: float, trust: float) -> None:
+    """1 - kappa (1 - lambda^2)."""
+    numbers = np.zeros(NUMBERS)
+    numbers[[SURPRISE, LASTING]] = kappa, lasting
+    assert trust_of(numbers) == pytest.approx(trust)
+
+
+def test_sight_is_a_plain_mean_at_first() -> None:
+    """Of the first 5,000 frames; it moves by .0002 of the way after them, the fast one by .0033 throughout."""
+    numbers, hits, fast = np.zeros(NUMBERS), np.random.default_rng(0).random(5000) < 0.4, 0.0
+    for hit in hits:
+        count_sight(numbers, bool(hit))
+        fast += 0.0033 * (hit - fast)
+    assert numbers[SLOW_SIGHT] == pytest.approx(hits.mean()) and numbers[FAST_SIGHT] == pytest.approx(fast)
+    count_sight(numbers, True)
+    assert numbers[SLOW_SIGHT] == pytest.approx(hits.mean() + 0.0002 * (1 - hits.mean()))
+
+
+@pytest.mark.parametrize(("frames", "share", "lost"), [(5001, 0.24, True), (5001, 0.26, False), (5000, 0.24, False)])
+def test_a_hand_that_is_seen_less_than_a_quarter_as_often_is_lost(frames: int, share: float, lost: bool) -> None:
+    """Once it is known how often it used to be."""
+    numbers = np.zeros(NUMBERS)
+    numbers[[FRAMES, SLOW_SIGHT, FAST_SIGHT]] = frames, 0.8, share * 0.8
+    assert is_lost(numbers) == lost
