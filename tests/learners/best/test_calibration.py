@@ -7,7 +7,7 @@ import pytest
 from tests.learners.best.world import robot
 
 from somatopy.learners.best.calibration import bin_of, learn_bias, learn_ends, learn_gain
-from somatopy.learners.best.memory import TURNS, Memory, fresh
+from somatopy.learners.best.memory import SURPRISE, TURNS, Memory, fresh
 from somatopy.percept import Floats
 
 
@@ -119,3 +119,14 @@ def test_a_miss_says_nothing_of_the_pixel_gain() -> None:
         getattr(memory, name)[:] = np.nan
         assert not gained(memory, np.array([0.2, 0.0]), np.array([0.2, 0.1])).any()
     assert not gained(still(), np.array([0.2, 0.0]), np.full(2, np.nan)).any()
+
+
+@pytest.mark.parametrize("seen_before", [True, False])
+def test_in_a_surprise_the_gain_learns_from_plain_movements(seen_before: bool) -> None:
+    """From dy and dp, and so from a hand that was seen in two frames on end, which is what a mirrored picture leaves."""
+    memory, dy, dp = still(), np.array([0.1, -0.05]), np.array([-0.3, 0.2])
+    memory.moved[:], memory.slip[:] = (0.03, 0.01), (0.05, -0.02) if seen_before else (np.nan, np.nan)
+    memory.gain[:] = [[0.1, 0.0], [0.2, -0.3]]
+    memory.numbers[[TURNS, SURPRISE]] = 95, 0.01
+    expected = 0.05 * np.outer(-dy - memory.gain @ dp, dp) / (dp @ dp + 0.02)
+    np.testing.assert_allclose(gained(memory, dy, dp), expected, rtol=5e-3)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from somatopy._jit import jit
-from somatopy.learners.best.memory import BIN, TURNS, Memory
+from somatopy.learners.best.memory import BIN, SURPRISE, TURNS, Memory
 from somatopy.percept import Floats
 
 __all__ = ["bin_of", "learn_bias", "learn_ends", "learn_gain", "learn_speed"]
@@ -83,6 +83,9 @@ def learn_gain(memory: Memory, head: Floats, pixel: Floats) -> bool:
     seen to go in a frame, if that is less. eta is 1 / (1 + k / 5) at the k-th of them, counted from 0, and .05 once
     that is less.
 
+    While there is a surprise, kappa > 0, dy and dp themselves take the place of d2y and d2p. If the gain is what has
+    become wrong, as in a mirrored picture, the hand is hardly ever seen in three frames on end, but often in two.
+
     Args:
         memory: what the learner holds.
         head: y, shape (m,), rad.
@@ -91,8 +94,9 @@ def learn_gain(memory: Memory, head: Floats, pixel: Floats) -> bool:
     Returns:
         Whether it learned.
     """
-    du, dv = pixel[0] - memory.pixel[0] - memory.slip[0], pixel[1] - memory.pixel[1] - memory.slip[1]
-    turn = head - memory.head - memory.moved
+    du, dv, turn = pixel[0] - memory.pixel[0], pixel[1] - memory.pixel[1], head - memory.head
+    if memory.numbers[SURPRISE] == 0.0:
+        du, dv, turn = du - memory.slip[0], dv - memory.slip[1], turn - memory.moved
     length = 0.0
     for k in range(head.size):
         length += turn[k] ** 2
