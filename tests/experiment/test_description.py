@@ -395,6 +395,20 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
             load_description(path)
 
 
+def test_a_file_as_windows_writes_it_is_read(tmp_path: Path) -> None:
+    """With a byte order mark, and with a carriage return at each end of line."""
+    (tmp_path / "mine.toml").write_bytes(b"\xef\xbb\xbfseed = 7\r\n[learner]\r\nkind = 'best'\r\n")
+    found = load_description(tmp_path / "mine.toml")
+    assert (found.seed, found.learner.kind) == (7, "best")
+
+
+def test_a_long_value_is_cut_short() -> None:
+    """Its key and what is asked for stay in sight."""
+    with pytest.raises(DescriptionError, match=r"seed = 'x{119}\.\.\.: must be a valid integer") as caught:
+        validated({"seed": 5000 * "x"}, "my.toml")
+    assert len(str(caught.value)) < 250
+
+
 @pytest.mark.parametrize(("minutes", "frames"), [(0, 0), (1, 900), (0.2, 180), (197.58, 177_822), (1 / 900, 1)])
 def test_minutes_are_900_frames_each(minutes: float, frames: int) -> None:
     """round(900 M)."""

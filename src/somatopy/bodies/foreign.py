@@ -32,6 +32,7 @@ _GIVEN = {
     "key": ("keyframe", ("qpos",)),
 }
 _MOST_STEPS = 10_000  # physics steps in a frame
+_ASIDE = 1e-3  # rad, or m: as far beyond a limit a posture may be by rounding
 _LEAST_TAG = 0.5  # px; one in the picture of a robot in metres is larger, one in millimetres is smaller
 _SHAKES = {int(mujoco.mjtIntegrator.mjINT_EULER): ("Euler", 2.0), int(mujoco.mjtIntegrator.mjINT_RK4): ("RK4", 2.785)}
 
@@ -122,10 +123,10 @@ def _missing_numbers(model: mujoco.MjModel) -> Iterator[tuple[str, str]]:
 
 
 def check_joints(group: JointGroup, anatomy: Anatomy) -> None:
-    """Check that joints have finite limits, and names that figures can show.
+    """Check that joints have finite limits, names that figures can show, and start positions inside their limits.
 
     Raises:
-        BodyError: a joint has no finite limits, or figures cannot show its name.
+        BodyError: a joint has no finite limits, figures cannot show its name, or [posture] puts it beyond its limits.
     """
     for name, low, high in zip(group.names, group.lower, group.upper, strict=True):
         if not name.isprintable() or "$" in name:
@@ -137,6 +138,12 @@ def check_joints(group: JointGroup, anatomy: Anatomy) -> None:
             raise BodyError(
                 f"The joint {name!r} of {anatomy.model} moves from {low:g} to {high:g}: a map of postures needs "
                 'finite limits. Give it range="low high", about -3.14 and 3.14 for one that turns all around.'
+            )
+        start = anatomy.posture.get(name, low)
+        if not low - _ASIDE <= start <= high + _ASIDE:
+            raise BodyError(
+                f"[posture] puts the joint {name!r} at {start:g}, and its limits are {low:g} and {high:g}. Write a "
+                "number between them, rad (slides: m)."
             )
 
 

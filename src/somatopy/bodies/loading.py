@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from itertools import product
 from pathlib import Path
@@ -22,7 +23,7 @@ def parse(path: Path) -> mujoco.MjSpec:
     Raises:
         BodyError: the file is missing, or MuJoCo cannot read it.
     """
-    if not path.is_file():
+    if not os.path.isfile(path):
         raise BodyError(f"The model {path} does not exist.")
     if path.suffix.lower() == ".mjb":
         raise BodyError(

@@ -77,6 +77,8 @@ def size_of(state: Any) -> int:
 def _parted(value: Any, arrays: list[np.ndarray[Any, Any]]) -> Any:
     """The value with its arrays moved to `arrays`, and a note in the place of each."""
     if isinstance(value, np.ndarray):
+        if value.dtype.hasobject:
+            raise TypeError("it is an array of objects")
         arrays.append(value)
         return {_ARRAY: len(arrays) - 1}
     if isinstance(value, dict):

@@ -241,7 +241,7 @@ def read_table(path: str | Path) -> dict[str, Any]:
         DescriptionError: the file cannot be read, is no TOML, or belongs to a run folder of another format.
     """
     try:
-        table = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+        table = tomllib.loads(Path(path).read_text(encoding="utf-8-sig"))
     except OSError as error:
         raise DescriptionError(f"Cannot read the description {path}: {error.strerror}.") from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
