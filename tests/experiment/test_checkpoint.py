@@ -127,6 +127,19 @@ def test_a_broken_one_is_named(path: Path) -> None:
     assert refused > 0.5 * len(whole)
 
 
+def test_the_end_of_a_phase_is_offered_in_the_place_of_a_broken_one(path: Path) -> None:
+    """The last there is; it is a checkpoint as well as the other. Nobody is told to unpickle anything."""
+    path.write_bytes(b"half of something")
+    with pytest.raises(
+        DescriptionError, match=r"no file of NumPy's\. Restore it from a copy, or run the"
+    ):
+        read_checkpoint(path)
+    for number in (2, 10):
+        write_checkpoint(path.with_name(f"phase-{number}.npz"), {"a": number})
+    with pytest.raises(DescriptionError, match=r"copy phase-10\.npz over it: the run then goes on"):
+        read_checkpoint(path)
+
+
 def test_what_is_no_checkpoint_is_named(path: Path) -> None:
     """Nothing there, a folder, text, one array, a file of other arrays."""
     others = {

@@ -181,6 +181,10 @@ def _mend(said: str) -> str:
         return ""
     if "mass" in said and "inertia" in said:
         return 'Give the body a geom, or <inertial mass="0.1" pos="0 0 0" diaginertia="1e-4 1e-4 1e-4"/>.'
+    if "coplanar" in said:
+        return (
+            'In the place of that mesh write a thin box: <geometry><box size="0.05 0.05 0.001"/></geometry> in a URDF.'
+        )
     if re.search(r"opening|not found|decoder", said):
         return ""  # the sentence says what to do
     return "Correct the line that it names."
