@@ -130,9 +130,7 @@ def test_a_broken_one_is_named(path: Path) -> None:
 def test_the_end_of_a_phase_is_offered_in_the_place_of_a_broken_one(path: Path) -> None:
     """The last there is; it is a checkpoint as well as the other. Nobody is told to unpickle anything."""
     path.write_bytes(b"half of something")
-    with pytest.raises(
-        DescriptionError, match=r"no file of NumPy's\. Restore it from a copy, or run the"
-    ):
+    with pytest.raises(DescriptionError, match=r"no file of NumPy's\. Restore it from a copy, or run the"):
         read_checkpoint(path)
     for number in (2, 10):
         write_checkpoint(path.with_name(f"phase-{number}.npz"), {"a": number})

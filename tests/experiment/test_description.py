@@ -165,6 +165,8 @@ def test_an_unknown_key_lists_the_valid_ones_of_its_place(table: dict[str, Any],
     [
         ({"seed": -1}, ["seed = -1", "greater than or equal to 0"]),
         ({"seed": 1.5}, ["seed = 1.5", "integer"]),
+        ({"seed": 2**63}, [f"seed = {2**63}", "less than"]),
+        ({"phases": [{"frames": 10**19}]}, ["phases.0.frames = 1", "less than or equal to 1000000000000"]),
         ({"seed": "x"}, ["seed = 'x'", "integer"]),
         ({"name": "a b/c"}, ["name = 'a b/c'", "pattern"]),
         ({"body": 3}, ["body = 3: must be a table with its kind", "choose one of mujoco"]),
