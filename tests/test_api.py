@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -10,6 +11,7 @@ import sys
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import nullcontext
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -95,6 +97,46 @@ def test_run_refuses_a_description_that_does_not_fit_before_it_writes(tiny: Desc
     """No folder appears for an experiment that cannot be run."""
     with pytest.raises(DescriptionError, match=r"babbling: range 'broad' is unknown"):
         somatopy.run(tiny.replaced(babbling={"range": "broad"}), tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+class Stumbles(FixedGaze):
+    """A learner that fails, or gives no number, in its eighth frame."""
+
+    def __init__(self, robot: Robot, rng: np.random.Generator, gaze: float = 0.0) -> None:
+        super().__init__([0.0, 0.0])
+        self.bad, self.left = gaze, 8
+
+    def gaze(self, percept: Any) -> Any:
+        self.left -= 1
+        if not self.left and self.bad == 0.0:
+            raise KeyError("effort")
+        return np.full(2, self.bad if not self.left else 0.0)
+
+
+@pytest.mark.parametrize(
+    ("gaze", "error", "notes"),
+    [
+        (0.0, KeyError, [r"This came after 7 frames, in line \d+ of test_api\.py\.", "kept.*somatopy resume .*/out$"]),
+        (np.nan, ValueError, ["learner '.*' gives the head's target", "after 7 frames", "somatopy resume"]),
+    ],
+)
+def test_an_error_of_a_part_says_where_it_came_and_how_to_go_on(
+    gaze: float, error: type[Exception], notes: list[str], tiny: Description, tmp_path: Path
+) -> None:
+    """After hours nobody wants to run again with --debug to learn which line it was; and what ran is not lost."""
+    with pytest.raises(error) as caught:
+        somatopy.run(tiny, tmp_path / "out", learner=partial(Stumbles, gaze=gaze), progress=False)
+    assert len(caught.value.__notes__) == len(notes)
+    for said, expected in zip(caught.value.__notes__, notes, strict=True):
+        assert re.search(expected, said)
+
+
+def test_an_error_while_a_part_is_made_names_the_part(tiny: Description, tmp_path: Path) -> None:
+    """Whatever its sort; no folder is left."""
+    with pytest.raises(ZeroDivisionError) as caught:
+        somatopy.run(tiny, tmp_path / "out", learner=lambda robot, rng: 1 / 0)
+    assert re.search(r"while the part learner .* was made, in line \d+ of test_api\.py\.$", caught.value.__notes__[0])
     assert not (tmp_path / "out").exists()
 
 

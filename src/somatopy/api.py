@@ -24,6 +24,7 @@ from somatopy.experiment.ceiling import EVERY, ceiling
 from somatopy.experiment.frame import Sink
 from somatopy.experiment.missed import miss_distances
 from somatopy.experiment.progress import ProgressBar, robot_time
+from somatopy.experiment.provenance import line_of
 from somatopy.experiment.run_folder import CHECKPOINT
 from somatopy.experiment.sight import write_sight
 from somatopy.files import write_json
@@ -235,6 +236,7 @@ def play(
 
     Raises:
         Interrupted: on Ctrl-C or SIGTERM; a checkpoint has been written.
+        Exception: whatever a part raises, with notes that say after how many frames, and how to go on.
     """
     session.share_arm()
     if progress and whole is None:
@@ -251,9 +253,15 @@ def play(
                     break
     except KeyboardInterrupt:
         raise Interrupted(_broken_off(session, folder, named), *came[:1]) from None
+    except DescriptionError:
+        raise
+    except Exception as error:
+        error.add_note(f"This came after {_counted(session.done)}{line_of(error)}.")
+        if session.resumable and (folder.path / CHECKPOINT).exists():
+            error.add_note(f"What was recorded is kept. Once the cause is mended, {_go_on(named, 'go on')}")
+        raise
     if session.done < session.description.frames:
-        frames = "1 frame" if session.done == 1 else f"{session.done} frames"
-        raise Interrupted(f"Interrupted after {frames}. {_go_on(named)}", *came[:1])
+        raise Interrupted(f"Interrupted after {_counted(session.done)}. {_go_on(named)}", *came[:1])
 
 
 def _attach(session: Session, sinks: Sequence[Sink]) -> None:
@@ -270,8 +278,12 @@ def _broken_off(session: Session, folder: RunFolder, named: Path) -> str:
     return f"Broken off in frame {session.done}. This body cannot be resumed; what was recorded is in {named}."
 
 
-def _go_on(folder: Path) -> str:
-    return f"Go on with: somatopy resume {shlex.quote(str(folder))}"
+def _counted(frames: int) -> str:
+    return "1 frame" if frames == 1 else f"{frames} frames"
+
+
+def _go_on(folder: Path, words: str = "Go on") -> str:
+    return f"{words} with: somatopy resume {shlex.quote(str(folder))}"
 
 
 @contextmanager

@@ -15,10 +15,15 @@ __all__ = ["explain", "meant", "near", "read"]
 
 T = TypeVar("T")
 
+_LONGEST = 120  # letters of a value in a message
+_MEMBER = re.compile(r"(constrained|finite|function|lax|literal|nullable|tuple|union)[-\[]")  # as pydantic names them
 _PLAIN = {
     "tuple_type": "must be a list",
     "model_type": "must be a table of keys",
     "dataclass_type": "must be a table of keys",
+    "dict_type": "must be a table of keys",
+    "path_type": "must be the path of a file",
+    "string_too_short": "must not be empty",
     "predicate_failed": "must be finite",
 }
 
@@ -111,16 +116,23 @@ def _explain(error: ValidationError, valid_keys: Callable[[Sequence[str]], Seque
             case "value_error":
                 yield f"{where}: {context['error']}" if where else str(context["error"])
             case _ if item["loc"][-1:] != ("str",):  # of a union with text, the other member says what is wrong
-                yield f"{where} = {item['input']!r}: {_PLAIN.get(item['type']) or _in_words(item)}"
+                yield f"{where} = {_shown(item['input'])}: {_PLAIN.get(item['type']) or _in_words(item)}"
 
 
 def _in_words(item: Any) -> str:
     """What is asked of a value, without the words of a library."""
-    said, context = str(item["msg"]).replace("Input should be", "must be", 1), item.get("ctx", {})
+    context = item.get("ctx", {})
+    said = re.sub(r"^(Input|Tuple) should", "must", str(item["msg"])).replace(" after validation", "")
     choices = re.findall(r"'([^']*)'", str(context.get("expected", "")))
     return said + (near(item["input"], choices) if isinstance(item["input"], str) else "")
 
 
+def _shown(value: Any) -> str:
+    """A value as a file has it, or its first letters if it is long."""
+    text = repr(value)
+    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
+
+
 def _is_member_of_union(part: int | str) -> bool:
     """Whether a part of a location names the member of a union, which no file does."""
-    return isinstance(part, str) and (part in ("str", "float", "int", "bool", "none") or bool(re.search(r"\W", part)))
+    return isinstance(part, str) and (part in ("str", "float", "int", "bool", "none") or bool(_MEMBER.match(part)))

@@ -26,10 +26,30 @@ def test_model_is_found_beside_the_anatomy(robot: Robot) -> None:
     assert Anatomy.load(path).model == path.parent / "crane.xml"
 
 
+def test_a_posture_beyond_the_limits_is_refused(robot: Robot) -> None:
+    """As one in degrees would be; a limit itself, and what rounding makes of it, is a posture."""
+    with pytest.raises(
+        BodyError, match=r"\[posture\] puts the joint 'lift' at 45, and its limits are -1 and 1\. Write"
+    ):
+        MujocoBody(robot(anatomy=('name = "Crane"', 'name = "Crane"\nposture = { lift = 45 }')), "kinematic")
+    body = MujocoBody(robot(anatomy=('name = "Crane"', 'name = "Crane"\nposture = { lift = 1.0004 }')), "kinematic")
+    assert body.reset().arm[0] == 1.0
+
+
+def test_a_file_as_windows_writes_it_is_read(robot: Robot) -> None:
+    """With a byte order mark, and with a carriage return at each end of line."""
+    path = robot()
+    plain = Anatomy.load(path)
+    path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes().replace(b"\n", b"\r\n"))
+    assert Anatomy.load(path) == plain
+
+
 def test_unknown_body_is_answered_with_the_known_ones() -> None:
     """A slip in a name shows what there is."""
     with pytest.raises(BodyError, match=r"'noa' is neither a known body nor an anatomy file. Known bodies: nao"):
         anatomy_path("noa")
+    with pytest.raises(BodyError, match="neither a known body nor an anatomy file"):
+        anatomy_path("x" * 999)  # longer than any file's name
 
 
 def test_a_model_in_place_of_an_anatomy_is_answered_with_the_command_that_makes_one(robot: Robot) -> None:
@@ -62,6 +82,8 @@ def test_every_error_of_a_description_is_a_value_error() -> None:
             r"head: .*one to 3 joints.*keep at most 3 of \['pan', 'tilt', 'roll', 'nod'\].*freeze",
         ),
         (("width = 200", "width = 0"), r"camera.width = 0: must be greater than 0"),
+        (('name = "eye"', 'name = ""'), r"camera.name = '': must not be empty"),
+        (('name = "Crane"', 'name = "Crane"\nhome = ""'), r"home = '': must not be empty"),
         (("width = 200", "width = 'wide'"), r"camera.width = 'wide': must be a valid integer"),
         (("[0.12, 0.0, 0.0]", "[0.12, 0.0]"), r"marker.position.2: a value is missing"),
         (("[0.12, 0.0, 0.0]", "[0.12, 0.0, inf]"), r"marker.position.2 = inf: must be .*finite"),
@@ -140,6 +162,12 @@ def test_coupling_that_lets_nothing_pass_is_refused(robot: Robot, coupled: Chang
         (("[camera]", "[add.servos]\nlift = { kp = 1 }\n\n[camera]"), r"add.servos.lift.kv: a value is missing"),
         (("velocity = [2.0, 3.0]", "limits = [[-1, 1]]"), r"limits needs one \[low, high\] for each of .*, not 1"),
         (('name = "Crane"', 'name = "Crane"\nposture = { lift = "up" }'), r"posture.lift = 'up': .*valid number"),
+        (('name = "Crane"', 'name = "Crane"\nposture = { "l i-ft" = "up" }'), r"posture.l i-ft = 'up': .*number"),
+        (('name = "Crane"', 'name = "Crane"\nposture = 3'), r"posture = 3: must be a table of keys"),
+        (
+            ("[camera]", "[add.neck]\nbody = ''\njoints = []\nlimits = []\n\n[camera]"),
+            r"add.neck.body = '': must not be",
+        ),
     ],
 )
 def test_misfit_in_what_is_added_is_named(robot: Robot, change: Change, message: str) -> None:

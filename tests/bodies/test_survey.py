@@ -83,6 +83,14 @@ def test_joints_without_names_make_no_arm() -> None:
     assert survey(model(nameless)).arms == ()
 
 
+def test_the_arm_of_which_a_head_is_none_is_one_that_can_carry_a_marker() -> None:
+    """The proposal takes that arm, and a joint cannot be of both."""
+    nameless = chain("s e w x", body="arm").replace('<body name="x_arm"', "<body")
+    neck = chain("pan tilt", '<camera name="eye"/>')
+    found = survey(model(nameless + neck))
+    assert [arm.tip for arm in found.arms] == ["", "tilt_link"] and found.heads == ()
+
+
 def test_a_camera_that_follows_or_sits_on_the_arm_is_no_eye() -> None:
     """Nor is one that only the trunk moves under the arm; the one on a neck is."""
     head = chain("pan tilt", '<camera name="eye"/>')
@@ -140,13 +148,31 @@ def test_home_is_inside_the_limits() -> None:
             '<mujoco><worldbody><body name="b"><joint/></body></worldbody></mujoco>',
             ["mass and inertia", "<inertial mass="],
         ),
+        (
+            f'<mujoco><worldbody>{chain("a b")}</worldbody><keyframe><key name="h" qpos="0 nan"/></keyframe></mujoco>',
+            ["keyframe 'h'", "qpos that is no number"],
+        ),
+        ('<mujoco><option gravity="0 0 nan"/></mujoco>', ["<option/>", "gravity that is no number"]),
+        (f"<mujoco><worldbody>{chain('Zoë')}</worldbody></mujoco>", ["not in UTF-8", "Save the file as UTF-8"]),
     ],
 )
-def test_models_that_cannot_be_read_say_how_to_mend_them(tmp_path: Path, text: str | None, parts: list[str]) -> None:
+def test_models_that_cannot_be_read_say_how_to_mend_them(
+    tmp_path: Path, text: str | None, parts: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     """File, reason and mend."""
+    monkeypatch.chdir(tmp_path)  # MuJoCo writes its log into the current folder
     path = tmp_path / "robot.xml"
     if text is not None:
-        path.write_text(text)
+        path.write_text(text, encoding="latin-1")
     with pytest.raises(BodyError) as caught:
         read_model(path)
     assert all(part in str(caught.value) for part in ["robot.xml", *parts]), str(caught.value)
+
+
+def test_what_is_no_file_of_a_model_is_told_what_one_is_called(tmp_path: Path) -> None:
+    """MuJoCo goes by the ending of a name; a folder has none."""
+    (tmp_path / "robot.txt").write_text(f"<mujoco><worldbody>{chain('a')}</worldbody></mujoco>")
+    with pytest.raises(BodyError, match=r"call it robot\.xml \(MJCF\) or robot\.urdf\.$"):
+        read_model(tmp_path / "robot.txt")
+    with pytest.raises(BodyError, match=r"is a folder\. Name the file in it"):
+        read_model(tmp_path)

@@ -65,7 +65,6 @@ body = "hand"
 position = [0.07, 0.0, 0.0]
 """
 URDF = """<robot name="crane">
-  <link name="base"/>
   {links}
   {joints}
 </robot>"""
@@ -214,6 +213,16 @@ ODD: dict[str, tuple[Changes, Changes, tuple[str, ...]]] = {
         (),
         ("ties 'hand' to 'trunk'", "<equality>"),
     ),
+    "a joint that follows another": (
+        (("<actuator>", '<equality><joint joint1="turn" joint2="swing"/></equality><actuator>'),),
+        (),
+        ("'turn' follows the joint 'swing'", "<mimic>", "Leave one of them out"),
+    ),
+    "an arm whose hand has no name": (
+        (('<body name="hand"', "<body"),),
+        (('"hand"', '"lower_arm"'), (', "turn"]', "]")),
+        ("swing, spread, turn look most like an arm", '<body name="hand">'),
+    ),
     "something in the way": (
         (("<worldbody>", '<worldbody><body name="wall"><geom type="box" size=".3 .01 .3" pos=".2 .05 .5"/></body>'),),
         (),
@@ -277,7 +286,9 @@ def crane(folder: Path) -> None:
         LIMITED.format(name, before, name, ".2" if k else "0", "0 1 0" if k % 2 else "0 0 1")
         for k, (before, name) in enumerate(zip(("base", *names), names, strict=False))
     ]
-    (folder / "crane.urdf").write_text(URDF.format(links="".join(map(LINK.format, names)), joints="".join(joints)))
+    joints.append(LIMITED.format("lid", "base", "lid", "-.3", "0 0 1"))  # which is neither of arm nor head
+    links = "".join(map(LINK.format, ("base", *names, "lid")))
+    (folder / "crane.urdf").write_text(URDF.format(links=links, joints="".join(joints)))
 
 
 def bare(folder: Path, *changes: tuple[str, str]) -> None:

@@ -12,7 +12,7 @@ from unittest.mock import Mock
 
 import pytest
 
-from somatopy.bodies import MODELS, rendering
+from somatopy.bodies import MODELS, BodyError, rendering
 from somatopy.cli import VERBS, main
 
 GEOMETRIC = ["--eye", "geometric", "--motion", "kinematic"]
@@ -265,6 +265,22 @@ def test_what_is_no_wrong_use_fails_with_1(
     monkeypatch.setattr(listing, "main", broken)
     assert main(["list"]) == 1
     assert capsys.readouterr().err == f"somatopy: {message} (where: --debug)\n"
+
+
+def test_notes_of_an_error_are_told_behind_it(
+    capsys: pytest.CaptureFixture[str], empty: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Which tell after how many frames it came, and how to go on."""
+    from somatopy.cli import list as listing
+
+    for error, said in (
+        (ZeroDivisionError("by 0"), "by 0 (where: --debug). After 3 frames."),
+        (BodyError("No."), "No. A"),
+    ):
+        error.add_note("After 3 frames.")
+        monkeypatch.setattr(listing, "main", Mock(side_effect=error))
+        main(["list"])
+        assert said in capsys.readouterr().err
 
 
 def test_the_installed_command_is_this_one(empty: Path) -> None:

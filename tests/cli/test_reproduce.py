@@ -84,7 +84,9 @@ def test_what_fails_before_its_first_frame_leaves_nothing(
     monkeypatch.setattr(Session, "__next__", failing)
     for verb in (["reproduce"], ["run", "paper"]):
         assert main([*verb, "--eye", "geometric", "--motion", "kinematic", "--out", str(tmp_path / "run")]) == 1
-        assert "somatopy: ZeroDivisionError: by zero (where: --debug)\n" in capsys.readouterr().err
+        assert (
+            "somatopy: ZeroDivisionError: by zero (where: --debug). This came after 0 frames" in capsys.readouterr().err
+        )
         assert not (tmp_path / "run").exists()
 
 

@@ -82,7 +82,7 @@ def test_there_is_no_pickle_in_it(path: Path) -> None:
     with np.load(path, allow_pickle=False) as file:
         assert len(file.files) == 3
         assert all(file[name].dtype.kind in "fU" for name in file.files)
-    with pytest.raises(ValueError, match=r"[Oo]bject"):
+    with pytest.raises(TypeError, match="because of a: it is an array of objects"):
         write_checkpoint(path, {"a": np.array([object()])})
 
 
@@ -125,6 +125,17 @@ def test_a_broken_one_is_named(path: Path) -> None:
             refused += 1
             assert str(error).startswith(f"{path} is no checkpoint that can be read: ")
     assert refused > 0.5 * len(whole)
+
+
+def test_the_end_of_a_phase_is_offered_in_the_place_of_a_broken_one(path: Path) -> None:
+    """The last there is; it is a checkpoint as well as the other. Nobody is told to unpickle anything."""
+    path.write_bytes(b"half of something")
+    with pytest.raises(DescriptionError, match=r"no file of NumPy's\. Restore it from a copy, or run the"):
+        read_checkpoint(path)
+    for number in (2, 10):
+        write_checkpoint(path.with_name(f"phase-{number}.npz"), {"a": number})
+    with pytest.raises(DescriptionError, match=r"copy phase-10\.npz over it: the run then goes on"):
+        read_checkpoint(path)
 
 
 def test_what_is_no_checkpoint_is_named(path: Path) -> None:

@@ -165,6 +165,8 @@ def test_an_unknown_key_lists_the_valid_ones_of_its_place(table: dict[str, Any],
     [
         ({"seed": -1}, ["seed = -1", "greater than or equal to 0"]),
         ({"seed": 1.5}, ["seed = 1.5", "integer"]),
+        ({"seed": 2**63}, [f"seed = {2**63}", "less than"]),
+        ({"phases": [{"frames": 10**19}]}, ["phases.0.frames = 1", "less than or equal to 1000000000000"]),
         ({"seed": "x"}, ["seed = 'x'", "integer"]),
         ({"name": "a b/c"}, ["name = 'a b/c'", "pattern"]),
         ({"body": 3}, ["body = 3: must be a table with its kind", "choose one of mujoco"]),
@@ -393,6 +395,20 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
     ):
         with pytest.raises(DescriptionError, match=f"{path}.*{reason}"):
             load_description(path)
+
+
+def test_a_file_as_windows_writes_it_is_read(tmp_path: Path) -> None:
+    """With a byte order mark, and with a carriage return at each end of line."""
+    (tmp_path / "mine.toml").write_bytes(b"\xef\xbb\xbfseed = 7\r\n[learner]\r\nkind = 'best'\r\n")
+    found = load_description(tmp_path / "mine.toml")
+    assert (found.seed, found.learner.kind) == (7, "best")
+
+
+def test_a_long_value_is_cut_short() -> None:
+    """Its key and what is asked for stay in sight."""
+    with pytest.raises(DescriptionError, match=r"seed = 'x{119}\.\.\.: must be a valid integer") as caught:
+        validated({"seed": 5000 * "x"}, "my.toml")
+    assert len(str(caught.value)) < 250
 
 
 @pytest.mark.parametrize(("minutes", "frames"), [(0, 0), (1, 900), (0.2, 180), (197.58, 177_822), (1 / 900, 1)])

@@ -175,6 +175,35 @@ def test_it_injures_once(frame: int, short: Short, tmp_path: Path) -> None:
     assert result["damage"].endswith("Spy") == reached and (reached or result["damage"] == "none")
 
 
+class Says(FixedGaze):
+    """A learner whose answer is set from outside."""
+
+    answer: Any = (0.6, 0.3)
+
+    def __init__(self, robot: Any, rng: Any) -> None:
+        super().__init__(np.zeros(len(robot.head)))
+
+    def predict(self, arm: Any) -> Any:
+        return self.answer
+
+
+@pytest.mark.parametrize(
+    ("answer", "said"),
+    [
+        ((0.1,), r"predict\(\) of the learner '.*Says' gives the shape \(1,\); .* \(2,\), .* of HeadYaw, HeadPitch"),
+        ((0.1, np.nan), r"The learner '.*Says' looks at \[0\.1, nan\] for the arm posture .* must give finite angles"),
+    ],
+)
+def test_an_answer_that_is_no_posture_is_refused(
+    answer: Any, said: str, run_short: RunShort, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By the name of the learner; no number comes out of it."""
+    run = run_short(learner={"kind": f"{__name__}:Says"}, phases=[{"frames": 3}])
+    monkeypatch.setattr(Says, "answer", answer)
+    with pytest.raises(ValueError, match=said):
+        evaluate(run.path, 3)
+
+
 def test_the_body_is_closed_whatever_happens(run_short: RunShort, monkeypatch: pytest.MonkeyPatch) -> None:
     """After an answer, and after a checkpoint that does not fit: no renderer and no connection is left open."""
     closed: list[MujocoBody] = []

@@ -110,6 +110,9 @@ def test_what_an_arm_cannot_have_is_refused(damage: dict[str, object] | str, arm
     "damage",
     [
         {"kind": "noise", "deviation": -0.1},
+        {"kind": "noise", "deviation": float("inf")},
+        {"kind": "noise", "deviation": [0.1, float("nan")]},
+        {"kind": "longer-arm", "factor": 1e9},
         {"kind": "drift", "minutes": 0},
         {"kind": "random-offset", "norm": -1.0},
         {"kind": "random-offset", "draw": -1},

@@ -238,6 +238,30 @@ KINDS: list[Callable[..., Map]] = [
 every_kind = pytest.mark.parametrize("make", KINDS)
 
 
+def test_columns_of_words_are_named() -> None:
+    """With what to do about them."""
+    table = named("abc").assign(colour="red", made=pd.Timestamp(0))
+    for given, names in ((table.drop(columns="made"), "colour"), (table, "colour, made")):
+        with pytest.raises((TypeError, ValueError)) as caught:
+            RunningMeans().fit(given)
+        assert f"no numbers: {names}. Leave them out, X.select_dtypes('number')" in caught.value.__notes__[0]
+
+
+@every_kind
+def test_what_a_mask_hides_is_missing(make: Callable[..., Map]) -> None:
+    """A masked table is learned, asked and judged as one with NaN in these places, row by row, too; or refused."""
+    hidden = np.arange(INPUTS.size).reshape(INPUTS.shape) % 7 == 3
+    masked, gaps = np.ma.masked_array(INPUTS, hidden), np.where(hidden, np.nan, INPUTS)
+    one, other = (make(missing="ignore", random_state=0).fit(table) for table in (masked, gaps))
+    np.testing.assert_array_equal(one.codebook_, other.codebook_)
+    np.testing.assert_array_equal(one.transform(masked), other.transform(gaps))
+    assert one.score(masked) == other.score(gaps)
+    assert [one.learn_one(row) for row in masked] == [other.learn_one(row) for row in gaps]
+    with pytest.raises(ValueError, match=r"is nan: values must be finite \(missing=.ignore. allows NaN"):
+        make().fit(masked)
+    np.testing.assert_array_equal(masked.data, INPUTS)
+
+
 def named(names: str, inputs: Any = INPUTS) -> pd.DataFrame:
     return pd.DataFrame(np.asarray(inputs)[:, : len(names)], columns=list(names))
 

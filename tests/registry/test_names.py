@@ -169,6 +169,7 @@ def test_an_unknown_key_is_answered_with_those_that_exist() -> None:
         ("class Mine: ...", "Yours", "does not exist: MODULE has no Yours; it has Mine"),
         ("import json", "Mine", "does not exist: MODULE has no Mine; it has nothing"),
         ("class Mine:\n    def here(self): ...", "Mine.Inner", "does not exist: MODULE has no Inner; it has here"),
+        ("mine = 3", "mine.Inner", "does not exist: MODULE has no Inner; it has nothing"),
         ("import nowhere_at_all", "Mine", r"\(No module named 'nowhere_at_all'\)\. MODULE was found, but"),
         (
             "from json import nothing",

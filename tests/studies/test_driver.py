@@ -165,7 +165,8 @@ def test_failing_cells_end_no_other_and_are_run_again(
     study = Study("s", tuple(Condition(name, one, (0,)) for name, one in ones.items()), ceilings=False)
     result = perform(study, tmp_path / "s", processes=1, progress=False)
     causes = {failure["condition"]: failure["cause"] for failure in result.failures}
-    assert causes["Raises"] == "ValueError: this learner has had enough"
+    assert causes["Raises"].startswith("ValueError: this learner has had enough. This came after ")
+    assert causes["Raises"].endswith(f" of {own.name}.")
     assert causes["Leaves"].startswith("its process ended with code 3")
     assert causes["Killed"].startswith("its process was ended by SIGKILL; there may have been too little memory")
     assert causes["Crashes"].startswith("its process was ended by SIGSEGV (Fatal Python error: Segmentation fault")

@@ -274,7 +274,7 @@ def load_run(path: str | os.PathLike[str]) -> Run:
         hint = f" Run folders inside it: {', '.join(inside)}." if inside else ""
         raise RunFolderError(f"{folder} is not a run folder: it holds no experiment.toml.{hint}")
     try:
-        return Run(folder, tomllib.loads(source.read_text(encoding="utf-8")))
+        return Run(folder, tomllib.loads(source.read_text(encoding="utf-8-sig")))
     except ValueError as error:
         raise RunFolderError(f"{source} is not valid TOML ({error}). Restore the file, or run again.") from error
 

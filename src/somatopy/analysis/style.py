@@ -84,6 +84,7 @@ STYLE: Any = {
     "grid.linewidth": 0.8,
     "legend.frameon": False,
     "legend.handlelength": 2.6,
+    "text.parse_math": False,  # names may have $ in them, and nothing here is a formula
     "svg.hashsalt": "somatopy",
 }
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shlex
 import tomllib
 from collections.abc import Iterator, Sequence
@@ -21,6 +22,7 @@ from somatopy.bodies.tables import (
     Interval,
     Joints,
     MarkerTable,
+    Name,
     Servo,
     Table,
 )
@@ -52,7 +54,7 @@ class Anatomy(Table):
 
     name: str
     model: Path
-    home: str | None = None
+    home: Name | None = None
     arm: Joints
     head: Head
     camera: CameraTable
@@ -104,7 +106,7 @@ class Anatomy(Table):
         """
         path = Path(path)
         try:
-            table = tomllib.loads(path.read_text(encoding="utf-8"))
+            table = tomllib.loads(path.read_text(encoding="utf-8-sig"))
         except OSError as error:
             raise BodyError(f"Cannot read the anatomy file {path}: {error.strerror}.") from error
         except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
@@ -115,7 +117,7 @@ class Anatomy(Table):
             raise BodyError(f"The anatomy file {path} does not fit: {explain(error, _keys)}.") from error
         folders = [path.parent] if anatomy.package is None else _folders(anatomy.package, path)
         models = [folder / anatomy.model for folder in folders]
-        return anatomy.model_copy(update={"model": next((model for model in models if model.is_file()), models[0])})
+        return anatomy.model_copy(update={"model": next(filter(os.path.isfile, models), models[0])})
 
 
 def _no_toml(path: Path, error: Exception) -> str:
@@ -170,6 +172,6 @@ def anatomy_path(body: str) -> Path:
     """
     if body in MODELS:
         return MODELS[body]
-    if Path(body).is_file():
+    if os.path.isfile(body):  # false also for what no file can be called
         return Path(body)
     raise BodyError(f"Body {body!r} is neither a known body nor an anatomy file. Known bodies: {', '.join(MODELS)}.")

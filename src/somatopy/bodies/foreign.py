@@ -14,7 +14,9 @@ from somatopy.bodies.base import BodyError
 from somatopy.clock import FRAME
 from somatopy.percept import Camera, Floats, JointGroup, Marker, View
 
-__all__ = ["check_compiled", "check_joints", "check_scale", "check_servos", "prepare", "said", "see_far"]
+__all__ = [
+    *("check_compiled", "check_joints", "check_names", "check_scale", "check_servos", "prepare", "said", "see_far"),
+]
 
 _OURS = "somatopy_"
 _SORTS = (
@@ -31,7 +33,9 @@ _GIVEN = {
     "actuator": ("actuator", ("gainprm", "biasprm", "gear", "forcerange")),
     "key": ("keyframe", ("qpos",)),
 }
+_OF_THE_WORLD = ("gravity", "wind", "magnetic", "density", "viscosity")
 _MOST_STEPS = 10_000  # physics steps in a frame
+_ASIDE = 1e-3  # rad, or m: as far beyond a limit a posture may be by rounding
 _LEAST_TAG = 0.5  # px; one in the picture of a robot in metres is larger, one in millimetres is smaller
 _SHAKES = {int(mujoco.mjtIntegrator.mjINT_EULER): ("Euler", 2.0), int(mujoco.mjtIntegrator.mjINT_RK4): ("RK4", 2.785)}
 
@@ -46,9 +50,28 @@ def said(error: Exception, path: Path) -> str:
             '<compiler meshdir="FOLDER" texturedir="FOLDER"/>; a URDF says <mujoco><compiler meshdir="FOLDER" '
             'strippath="true"/></mujoco> inside <robot>, which reads FOLDER/name.stl for package://any/where/name.stl'
         )
+    elif "decoder" in words and str(path) in words:
+        words += f". What a model is, its file's name tells: call it {path.stem}.xml (MJCF) or {path.stem}.urdf"
     elif "decoder" in words or "content type" in words:
         words += ". Convert the mesh to .obj or .stl"
     return f"{words}."
+
+
+def check_names(spec: mujoco.MjSpec, path: Path) -> None:
+    """Check that all names in a spec can be read. MuJoCo takes any file for UTF-8, whatever the file says of itself.
+
+    Raises:
+        BodyError: one cannot be read.
+    """
+    try:
+        for sort in _SORTS:
+            for thing in getattr(spec, sort):
+                _ = thing.name
+    except UnicodeDecodeError as error:
+        raise BodyError(
+            f"A name in {path} is not in UTF-8, as MuJoCo needs it ({error}). Save the file as UTF-8, or give what it "
+            "names another name."
+        ) from error
 
 
 def prepare(spec: mujoco.MjSpec, path: Path) -> None:
@@ -119,13 +142,16 @@ def _missing_numbers(model: mujoco.MjModel) -> Iterator[tuple[str, str]]:
             values: Any = getattr(model, f"{prefix}_{name}")
             for row in np.unique(np.argwhere(np.isnan(values))[:, 0]):
                 yield name, f"{kind} {getattr(model, prefix)(int(row)).name!r}"
+    for name in _OF_THE_WORLD:
+        if np.isnan(getattr(model.opt, name)).any():
+            yield name, "<option/>"
 
 
 def check_joints(group: JointGroup, anatomy: Anatomy) -> None:
-    """Check that joints have finite limits, and names that figures can show.
+    """Check that joints have finite limits, names that figures can show, and start positions inside their limits.
 
     Raises:
-        BodyError: a joint has no finite limits, or figures cannot show its name.
+        BodyError: a joint has no finite limits, figures cannot show its name, or [posture] puts it beyond its limits.
     """
     for name, low, high in zip(group.names, group.lower, group.upper, strict=True):
         if not name.isprintable() or "$" in name:
@@ -137,6 +163,12 @@ def check_joints(group: JointGroup, anatomy: Anatomy) -> None:
             raise BodyError(
                 f"The joint {name!r} of {anatomy.model} moves from {low:g} to {high:g}: a map of postures needs "
                 'finite limits. Give it range="low high", about -3.14 and 3.14 for one that turns all around.'
+            )
+        start = anatomy.posture.get(name, low)
+        if not low - _ASIDE <= start <= high + _ASIDE:
+            raise BodyError(
+                f"[posture] puts the joint {name!r} at {start:g}, and its limits are {low:g} and {high:g}. Write a "
+                "number between them, rad (slides: m)."
             )
 
 

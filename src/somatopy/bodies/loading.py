@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from itertools import product
 from pathlib import Path
@@ -11,7 +12,7 @@ import mujoco
 
 from somatopy.bodies.anatomy import Anatomy
 from somatopy.bodies.base import BodyError
-from somatopy.bodies.foreign import said
+from somatopy.bodies.foreign import check_names, said
 
 __all__ = ["available", "compiled", "parse", "require"]
 
@@ -22,7 +23,9 @@ def parse(path: Path) -> mujoco.MjSpec:
     Raises:
         BodyError: the file is missing, or MuJoCo cannot read it.
     """
-    if not path.is_file():
+    if path.is_dir():
+        raise BodyError(f"The model {path} is a folder. Name the file in it, MJCF (.xml) or URDF (.urdf).")
+    if not os.path.isfile(path):
         raise BodyError(f"The model {path} does not exist.")
     if path.suffix.lower() == ".mjb":
         raise BodyError(
@@ -33,6 +36,7 @@ def parse(path: Path) -> mujoco.MjSpec:
         spec = mujoco.MjSpec.from_file(str(path))
     except ValueError as error:
         raise BodyError(f"MuJoCo cannot read the model {path}: {said(error, path)}") from error
+    check_names(spec, path)
     for mesh in spec.meshes:
         mesh.file = _in_package(mesh.file, path)
     if path.suffix.lower() == ".urdf":

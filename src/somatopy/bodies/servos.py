@@ -7,6 +7,7 @@ import numpy as np
 
 from somatopy.bodies.additions import add
 from somatopy.bodies.anatomy import Anatomy, Servo
+from somatopy.bodies.foreign import prepare
 from somatopy.bodies.loading import compiled, parse
 from somatopy.clock import FRAME
 from somatopy.percept import Floats, Ints
@@ -56,6 +57,7 @@ def proposed_servos(anatomy: Anatomy) -> dict[str, Servo]:
     """
     bare = anatomy.model_copy(update={"add": anatomy.add.model_copy(update={"servos": {}})})
     spec = parse(bare.model)
+    prepare(spec, bare.model)
     home = add(spec, bare)
     model = compiled(spec, bare.model)
     data = mujoco.MjData(model)

@@ -11,6 +11,7 @@ import mujoco
 import numpy as np
 
 from somatopy.bodies.base import BodyError
+from somatopy.bodies.foreign import check_compiled
 from somatopy.bodies.joint_tree import (
     HINGE,
     SLIDE,
@@ -159,16 +160,19 @@ def read_model(path: str | Path) -> mujoco.MjModel:
     """The compiled model of an MJCF or URDF file.
 
     Raises:
-        BodyError: the file is missing, or MuJoCo cannot read or compile it. The message says how to mend it.
+        BodyError: the file is missing, MuJoCo cannot read or compile it, or a number in it is none. The message says
+            how to mend it.
     """
     path = Path(path)
     try:
         spec = parse(path)
         spec.compiler.fusestatic = spec.compiler.discardvisual = False  # all bodies and shapes, of a URDF too
-        return compiled(spec, path)
+        model = compiled(spec, path)
     except BodyError as error:
         said = " ".join(str(error).split()).rstrip(".")
         raise BodyError(f"{said}. {_mend(said)}".rstrip()) from error
+    check_compiled(model, path)
+    return model
 
 
 def _mend(said: str) -> str:
@@ -177,6 +181,10 @@ def _mend(said: str) -> str:
         return ""
     if "mass" in said and "inertia" in said:
         return 'Give the body a geom, or <inertial mass="0.1" pos="0 0 0" diaginertia="1e-4 1e-4 1e-4"/>.'
+    if "coplanar" in said:
+        return (
+            'In the place of that mesh write a thin box: <geometry><box size="0.05 0.05 0.001"/></geometry> in a URDF.'
+        )
     if re.search(r"opening|not found|decoder", said):
         return ""  # the sentence says what to do
     return "Correct the line that it names."
@@ -316,8 +324,11 @@ def _score(joints: tuple[str, ...], bodies: list[str], tip: str) -> float:
 def _heads(
     model: mujoco.MjModel, data: mujoco.MjData, cameras: tuple[CameraFacts, ...], arms: tuple[Chain, ...]
 ) -> Iterator[Head]:
-    """Joints that move a camera but no arm, and then those that are called so and move none."""
-    arm = arms[0] if arms else None
+    """Joints that move a camera but no arm, and then those that are called so and move none.
+
+    The arm is the likeliest that has a body for the marker.
+    """
+    arm = next((chain for chain in arms if chain.tip), arms[0] if arms else None)
     carrying = set(arm.joints) if arm else set()
     if arm:
         first = model.joint(arm.joints[0]).bodyid[0]

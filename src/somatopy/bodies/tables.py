@@ -11,6 +11,7 @@ __all__ = ["Add", "AddedCamera", "CameraTable", "Coupling", "Head", "Joints", "M
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[Finite, Field(gt=0)]
+Name = Annotated[str, Field(min_length=1, pattern=r"^[^\x00]+$")]
 Vector = tuple[Finite, Finite, Finite]
 Interval = tuple[Finite, Finite]
 Turn = Literal["pan", "tilt", "roll"]
@@ -57,7 +58,7 @@ class Joints(Table):
             joint of the model has none.
     """
 
-    joints: tuple[str, ...] = Field(min_length=1)
+    joints: tuple[Name, ...] = Field(min_length=1)
     velocity: tuple[Positive, ...] | None = None
     limits: tuple[Interval, ...] | None = Field(None, repr=False)
 
@@ -114,7 +115,7 @@ class CameraTable(Table):
     model gives the camera, or else 320 x 240 px.
     """
 
-    name: str
+    name: Name
     width: int | None = Field(None, gt=0, le=4096)
     height: int | None = Field(None, gt=0, le=4096)
 
@@ -128,7 +129,7 @@ class CameraTable(Table):
 class MarkerTable(Table):
     """The body that carries the cube of tags, and the cube's position (m) and axis in that body's frame."""
 
-    body: str
+    body: Name
     position: Vector
     axis: Vector = (1.0, 0.0, 0.0)
 
@@ -173,8 +174,8 @@ class Neck(Directed):
         limits: [low, high] of each hinge, rad.
     """
 
-    body: str
-    joints: tuple[str, ...] = Field(min_length=1, max_length=3)
+    body: Name
+    joints: tuple[Name, ...] = Field(min_length=1, max_length=3)
     turns: tuple[Turn, ...] = ("pan", "tilt", "roll")
     limits: tuple[Interval, ...]
 
@@ -196,7 +197,7 @@ class AddedCamera(Directed):
         fovy: vertical field of view, degrees.
     """
 
-    body: str | None = None
+    body: Name | None = None
     fovy: float = Field(45.0, gt=0, lt=180)
 
 

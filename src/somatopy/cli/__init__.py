@@ -99,9 +99,11 @@ def _told(error: Exception) -> tuple[str, int]:
         return install, 2
     if str(error).startswith(_MUJOCO_GL):  # nothing that imports MuJoCo can be imported then
         return f"{str(error)[:1].upper()}{str(error)[1:]}. Choose egl or osmesa, or none: unset MUJOCO_GL.", 2
+    notes = getattr(error, "__notes__", [])
     if _is_wrong_use(error):
-        return str(error), 2
-    return f"{': '.join(filter(None, (type(error).__name__, str(error))))} (where: --debug)", 1
+        return " ".join([str(error), *notes]), 2
+    said = f"{': '.join(filter(None, (type(error).__name__, str(error))))} (where: --debug)"
+    return f"{said}. {' '.join(notes)}" if notes else said, 1
 
 
 def _version() -> str:

@@ -36,7 +36,7 @@ def body_picture(body: MujocoBody, postures: Sequence[tuple[Floats, Floats]]) ->
     figure = Figure(figsize=(9.0, 7.6), layout="constrained")
     FigureCanvasAgg(figure)
     axes = figure.subplots(2, 2, width_ratios=(1.0, 1.25))
-    figure.suptitle(body.anatomy.name, fontsize=12)
+    figure.suptitle(body.anatomy.name, fontsize=12, parse_math=False)
     eye = FiducialEye(body.camera, body.marker, skip=False)
     for row, (arm, head) in zip(axes, postures, strict=True):
         with closing(Onlooker(body, standpoint(body, [(arm, head)]), _SIZE)) as onlooker:
@@ -74,4 +74,4 @@ def _outline(axes: Axes, tags: dict[int, Floats], camera: str) -> None:
     for corners in tags.values():
         axes.add_patch(Polygon(corners, fill=False, edgecolor=_FOUND, linewidth=2))
     said = f"tag {', '.join(map(str, tags))} found" if tags else "no tag found"
-    axes.set_title(f"what {camera} sees: {said}", fontsize=10)
+    axes.set_title(f"what {camera} sees: {said}", fontsize=10, parse_math=False)

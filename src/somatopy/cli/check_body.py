@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
 from collections.abc import Sequence
 from contextlib import closing
@@ -76,7 +77,7 @@ def _say(examined: Examined, options: Options) -> None:
 def _refuse(options: Options) -> None:
     """Raise what is wrong use."""
     model = options.model
-    if model not in MODELS and not Path(model).is_file():
+    if model not in MODELS and not os.path.isfile(model):
         raise BodyError(
             f"{model!r} is neither a file nor a robot that comes with somatopy ({', '.join(MODELS)}). Name an MJCF or "
             "URDF file, or an anatomy file: somatopy check-body robot.xml."

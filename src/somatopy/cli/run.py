@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -57,9 +58,9 @@ def described(name: str) -> Description:
     path = Path(name)
     if name in PRESETS:
         return PRESETS[name]()
-    if path.is_file():
+    if os.path.isfile(path):  # false also for what no file can be called
         return load_description(path)
-    if (path / DESCRIPTION).is_file():
+    if os.path.isfile(path / DESCRIPTION):
         return load_description(path / DESCRIPTION)
     raise DescriptionError(
         f"{name!r} is neither a preset ({', '.join(PRESETS)}) nor a description file nor a run folder. "

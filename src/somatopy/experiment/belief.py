@@ -21,7 +21,7 @@ from somatopy.experiment.session import Session
 from somatopy.files import write_whole
 from somatopy.percept import Floats
 
-__all__ = ["BELIEF", "GRIDS", "POSTURES", "Beliefs", "coarse"]
+__all__ = ["BELIEF", "GRIDS", "POSTURES", "Beliefs", "coarse", "predicted"]
 
 #: The file's name.
 BELIEF = "belief.npz"
@@ -92,7 +92,7 @@ class Beliefs:
         if session.done in self.arrays["frame"]:
             return
         learner, arms = session.learner, session.feel(self.arrays["arms"])
-        gaze = [session.body.legal(learner.predict(arm)) for arm in arms]  # type: ignore[attr-defined]
+        gaze = [session.body.legal(predicted(session, arm)) for arm in arms]  # type: ignore[attr-defined]
         believed = np.zeros((len(arms), self.arrays["belief"].shape[2]), np.uint8)
         if isinstance(learner, Believing) and believed.size:
             believed[:] = _ONE * learner.belief(arms, self.arrays["heads"])
@@ -106,6 +106,21 @@ class Beliefs:
         """Write the file, if the learner was asked anything."""
         if self.arrays["gaze"].size:
             write_whole(folder / BELIEF, lambda file: np.savez_compressed(file, allow_pickle=False, **self.arrays))
+
+
+def predicted(session: Session, arm: Floats) -> Floats:
+    """Where a session's learner would look for an arm posture, shape (n_head,), rad.
+
+    Raises:
+        ValueError: the learner gives something else.
+    """
+    head, gaze = session.body.head, np.asarray(session.learner.predict(arm), float)
+    if gaze.shape != head.lower.shape:
+        raise ValueError(
+            f"predict() of the learner {session.description.learner.kind!r} gives the shape {gaze.shape}; it must give "
+            f"{head.lower.shape}, an angle for each of {', '.join(head.names)}."
+        )
+    return gaze
 
 
 def coarse(body: Modelled) -> Vantages:

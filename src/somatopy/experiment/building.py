@@ -6,10 +6,11 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from typing import Any
 
-from somatopy.bodies import Anatomy, BodyError, anatomy_path
+from somatopy.bodies import Anatomy, BodyError, NoGL, anatomy_path
 from somatopy.contract import Body, missing_members
 from somatopy.experiment.context import Context
 from somatopy.experiment.description import Description, DescriptionError
+from somatopy.experiment.provenance import line_of
 from somatopy.percept import JointGroup
 from somatopy.registry import BABBLERS, BODIES, EYES, INTERVENTIONS, LEARNERS, Kinds, Settings, handed_over
 
@@ -26,13 +27,19 @@ _WHERE: dict[str, tuple[str, Kinds]] = {
 
 @contextmanager
 def said_of(key: str) -> Iterator[None]:
-    """Raise errors that come up while a part is built as errors of the description. They name the part's key."""
+    """Raise errors of values that come up while a part is built as errors of the description, which name its key.
+
+    Errors of any other sort, as code of somebody's own may raise, get a note that names it.
+    """
     try:
         yield
-    except (DescriptionError, BodyError):
+    except (DescriptionError, BodyError, NoGL, ImportError):
         raise
     except ValueError as error:
         raise DescriptionError(f"{key}: {str(error).rstrip('.')}.") from error
+    except Exception as error:
+        error.add_note(f"This came while the part {key} of the experiment was made{line_of(error)}.")
+        raise
 
 
 def built(key: str, contract: type, settings: Settings, context: Context) -> Any:

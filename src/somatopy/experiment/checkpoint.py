@@ -54,10 +54,24 @@ def read_checkpoint(path: Path) -> dict[str, Any]:
         with np.load(path, allow_pickle=False) as file:
             state = _joined(json.loads(str(file[_PLAIN])), file)
     except (OSError, ValueError, KeyError, TypeError, EOFError, RuntimeError, BadZipFile) as error:
-        raise DescriptionError(f"{path} is no checkpoint that can be read: {error}.") from error
+        raise DescriptionError(f"{path} is no checkpoint that can be read: {_why(error)}. {_mend(path)}") from error
     if not isinstance(state, dict):
-        raise DescriptionError(f"{path} is no checkpoint that can be read: it holds no table.")
+        raise DescriptionError(f"{path} is no checkpoint that can be read: it holds no table. {_mend(path)}")
     return state
+
+
+def _why(error: Exception) -> str:
+    """What is wrong with a file; NumPy advises to unpickle whatever it does not know."""
+    return "it is no file of NumPy's" if "pickle" in str(error) else str(error).rstrip(".")
+
+
+def _mend(path: Path) -> str:
+    """How to go on without a checkpoint: the end of a phase is one, too."""
+    ends = sorted(path.parent.glob("phase-*.npz"), key=lambda end: (len(end.name), end.name))
+    others = [end.name for end in ends if end != path]
+    if not others:
+        return "Restore it from a copy, or run the experiment again into another folder."
+    return f"Restore it from a copy, or copy {others[-1]} over it: the run then goes on from the end of that phase."
 
 
 def size_of(state: Any) -> int:
@@ -77,6 +91,8 @@ def size_of(state: Any) -> int:
 def _parted(value: Any, arrays: list[np.ndarray[Any, Any]]) -> Any:
     """The value with its arrays moved to `arrays`, and a note in the place of each."""
     if isinstance(value, np.ndarray):
+        if value.dtype.hasobject:
+            raise TypeError("it is an array of objects")
         arrays.append(value)
         return {_ARRAY: len(arrays) - 1}
     if isinstance(value, dict):

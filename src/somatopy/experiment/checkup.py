@@ -105,6 +105,12 @@ def model_faults(found: Survey) -> Iterator[Fault]:
             'divide each pos, size and fromto by 1000, and give meshes scale="0.001 0.001 0.001".',
         )
     yield from _of_its_angles(found)
+    if found.arms and not found.arms[0].tip:
+        yield Fault(
+            False,
+            f"The joints {', '.join(found.arms[0].joints)} look most like an arm, but end in a body without a name, to "
+            'which no marker can be fixed. Name it in the model: <body name="hand">.',
+        )
     unnamed = [joint for joint in found.one_dof if not joint.name]
     if unnamed and found.arms:
         bodies = ", ".join(sorted({joint.body or "?" for joint in unnamed})[:4])
@@ -145,6 +151,7 @@ def _of_its_joints(body: MujocoBody) -> Iterator[Fault]:
         if idle := [name for name in joints if name not in moving]:
             yield Fault(False, f"{_these(idle)} not move the {what}. Leave such joints out of [{part}] joints.")
     yield from _of_its_ties(model, hand, eye)
+    yield from _of_mimics(model, {*anatomy.arm.joints, *anatomy.head.joints})
     free = [model.joint(k).name for k in range(model.njnt) if model.jnt_type[k] < 2]
     if free := [name for name in free if name in hand or name in eye]:
         yield Fault(
@@ -167,6 +174,19 @@ def _of_its_ties(model: mujoco.MjModel, *moving: tuple[str, ...]) -> Iterator[Fa
                 False,
                 f"An equality of the model ties {one!r} to {other!r}, so that the joints cannot move one by one: with "
                 "physics they stop short, and kinematic motion does not heed it. Take it out of <equality>.",
+            )
+
+
+def _of_mimics(model: mujoco.MjModel, moving: set[str]) -> Iterator[Fault]:
+    """Equalities by which a joint of arm or head follows another one, as `mimic` of a URDF makes them."""
+    for k in np.flatnonzero(model.eq_active0 & (model.eq_type == mujoco.mjtEq.mjEQ_JOINT) & (model.eq_obj2id >= 0)):
+        one, other = (model.joint(int(ends[k])).name for ends in (model.eq_obj1id, model.eq_obj2id))
+        if {one, other} <= moving:
+            yield Fault(
+                False,
+                f"The joint {one!r} follows the joint {other!r} (<equality>; <mimic> in a URDF), so that they cannot "
+                "move one by one: with physics they stop short, and kinematic motion does not heed it. Leave one of "
+                "them out of the joints of arm and head, or take the tie out of the model.",
             )
 
 

@@ -79,7 +79,7 @@ class Phase(_Table):
     """
 
     name: str = Field("intact", min_length=1, description="Its name, which no other phase has.")
-    frames: int = Field(177_823, ge=0, description="Length, frames of 1/15 s.")
+    frames: int = Field(177_823, ge=0, le=10**12, description="Length, frames of 1/15 s.")
     interventions: tuple[Intervention, ...] = Field((), description="What is done, in this order.")
     trend_breaks: tuple[int, ...] = Field((), description="Windows at which a new trend line starts.")
 
@@ -180,7 +180,7 @@ class Description(_Table):
     """An experiment: seed, robot, eye, babbling, learner and phases."""
 
     name: str = Field("experiment", pattern=r"^[A-Za-z0-9._-]+$", description="Goes into the run folder's name.")
-    seed: int = Field(0, ge=0, description="All random numbers follow from it.")
+    seed: int = Field(0, ge=0, lt=2**63, description="All random numbers follow from it.")
     body: Annotated[Settings, BODIES] = Field(default_factory=lambda: BODIES.validated({}))
     eye: Annotated[Settings, EYES] = Field(default_factory=lambda: EYES.validated("fiducial"))
     babbling: Annotated[Settings, BABBLERS] = Field(default_factory=lambda: BABBLERS.validated({}))
@@ -241,7 +241,7 @@ def read_table(path: str | Path) -> dict[str, Any]:
         DescriptionError: the file cannot be read, is no TOML, or belongs to a run folder of another format.
     """
     try:
-        table = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+        table = tomllib.loads(Path(path).read_text(encoding="utf-8-sig"))
     except OSError as error:
         raise DescriptionError(f"Cannot read the description {path}: {error.strerror}.") from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from somatopy.contract import Modelled, Twin
+from somatopy.experiment.belief import predicted
 from somatopy.experiment.ceiling import Vantages, reachable
 from somatopy.experiment.context import Context, stream
 from somatopy.experiment.description import DescriptionError
@@ -74,7 +75,13 @@ def _asked(session: Session, body: Modelled, postures: int) -> dict[str, Any]:
     seen, errors = np.zeros(postures, bool), np.zeros(postures)
     for k, arm in enumerate(arms):
         percept = session.sense(Percept(0.0, arm, body.head.lower, arm, body.head.lower))
-        view = body.view(arm, body.legal(session.learner.predict(percept.arm)))
+        gaze = predicted(session, percept.arm)
+        if not np.isfinite(gaze).all():
+            raise DescriptionError(
+                f"The learner {session.description.learner.kind!r} looks at {gaze.tolist()} for the arm posture "
+                f"{percept.arm.tolist()}: its predict() must give finite angles."
+            )
+        view = body.view(arm, body.legal(gaze))
         seen[k], errors[k] = vantages.eye.find(view) is not None, np.rad2deg(view.gaze_error)
     possible = reachable(vantages, arms) | seen
     return {

@@ -83,7 +83,8 @@ def _confined(anatomy: Anatomy) -> Floats | None:
 
 def _narrowed(proposal: Proposal, seen: Floats) -> Proposal:
     """The proposal with that babbling range, whose middle is where the robot starts if it has no keyframe."""
-    low, high = np.ceil(seen[:, 0] * 1e3) / 1e3, np.floor(seen[:, 1] * 1e3) / 1e3
+    scale = 10.0 ** np.maximum(3, np.ceil(2 - np.log10(np.ptp(seen, axis=1))))  # a hundredth of it at most is lost
+    low, high = np.ceil(seen[:, 0] * scale) / scale, np.floor(seen[:, 1] * scale) / scale
     ranges = {"confined": tuple(zip(low.tolist(), high.tolist(), strict=True))}
-    middle = dict(zip(proposal.arm.joints, np.round(0.5 * (low + high), 3).tolist(), strict=True))
+    middle = dict(zip(proposal.arm.joints, (np.round(0.5 * (low + high) * scale) / scale).tolist(), strict=True))
     return replace(proposal, ranges=ranges, posture={} if proposal.home else middle)

@@ -8,6 +8,8 @@ import inspect
 import platform
 import subprocess
 import sys
+import sysconfig
+import traceback
 from collections.abc import Iterable, Iterator
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
@@ -18,7 +20,10 @@ from pydantic import BaseModel
 
 from somatopy.registry import HANDED_OVER, Settings
 
-__all__ = ["CITE", "OWN_CODE", "author_of", "code_of", "differences", "digest", "meaning", "versions", "written_by"]
+__all__ = [
+    *("CITE", "OWN_CODE", "author_of", "code_of", "differences", "digest", "line_of", "meaning", "versions"),
+    "written_by",
+]
 
 CITE = (
     "G. Schillaci, V. V. Hafner, B. Lara: Online Learning of Visuo-Motor Coordination in a Humanoid Robot. "
@@ -113,7 +118,7 @@ def _own_code() -> str:
 
 def meaning(file: Path) -> str:
     """The syntax tree of a file without its docstrings, as text."""
-    tree = ast.parse(file.read_text(encoding="utf-8"))
+    tree = ast.parse(file.read_bytes())  # in whatever encoding it says that it has
     for node in ast.walk(tree):
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
             first = node.body[0] if node.body else None
@@ -131,6 +136,19 @@ def _file_of(part: object) -> Path | None:
     except (OSError, TypeError):  # a class without a file, as of an interactive session
         return None
     return file if file.suffix == ".py" and file.is_file() else None
+
+
+def line_of(error: BaseException) -> str:
+    """The innermost line of somebody's own code that an error came through, such as ", in line 12 of my_file.py".
+
+    Nothing where it came through no code but that of somatopy, Python and installed packages.
+    """
+    known = [_HOME, *map(Path, {sysconfig.get_path(name) for name in ("stdlib", "purelib", "platlib")})]
+    for step in reversed(traceback.extract_tb(error.__traceback__)):
+        file = Path(step.filename)
+        if file.is_file() and not any(file.is_relative_to(folder) for folder in known):
+            return f", in line {step.lineno} of {file.name}"
+    return ""
 
 
 @cache

@@ -43,7 +43,7 @@ class RunWriter:
         self._recorder = Recorder(self._path / "frames", session)
         self._seconds, self._learned = 0.0, array("d")
         self._wall_before, self._began, self._first = 0.0, perf_counter(), session.done
-        self._saved_at, self._saved = perf_counter(), -1
+        self._saved_at, self._saved, self._taken_in = perf_counter(), -1, True
         new = not (self._path / DESCRIPTION).exists()
         if new:
             self._begin()
@@ -75,6 +75,7 @@ class RunWriter:
 
     def __call__(self, frame: Frame) -> None:
         start = perf_counter()
+        self._taken_in = False
         self._recorder(frame)
         self._learned.append(frame.seconds["learn"])
         full = self._recorder.frames % PART_FRAMES == 0
@@ -82,6 +83,7 @@ class RunWriter:
             self._keep_maps()
         if self._beliefs and (full or frame.ends):
             self._beliefs.note(self._session)
+        self._taken_in = True
         now = perf_counter()
         self._seconds += now - start
         if full or frame.ends or now - self._saved_at > CHECKPOINT_S:
@@ -97,9 +99,13 @@ class RunWriter:
             write_whole(target, lambda file: np.savez_compressed(file, allow_pickle=False, **{"frame": frame, **maps}))
 
     def _save(self) -> None:
-        """Write a checkpoint, and keep it for good where a phase has ended."""
+        """Write a checkpoint, and keep it for good where a phase has ended.
+
+        There is none of a frame that was not taken in as a whole, since what is missing of it would never be made up.
+        The one that is kept comes first: who is stopped between the two writes both again.
+        """
         session = self._session
-        if not (session.resumable and session.whole and self._recorder.frames == session.done):
+        if not (session.resumable and session.whole and self._taken_in and self._recorder.frames == session.done):
             return
         state = {
             "description": session.description.model_dump(mode="json"),
@@ -110,11 +116,12 @@ class RunWriter:
             "wall_s": self._wall(),
             "record_s": self._seconds,
         }
-        write_checkpoint(self._path / CHECKPOINT, state)
-        for index, end in enumerate(session.ends):
-            if end == session.done:
-                with (self._path / CHECKPOINT).open("rb") as source:
-                    write_whole(self._path / f"phase-{index}.npz", lambda file: shutil.copyfileobj(source, file))
+        kept = [f"phase-{index}.npz" for index, end in enumerate(session.ends) if end == session.done]
+        first, *copies = (self._path / name for name in (*kept, CHECKPOINT))
+        write_checkpoint(first, state)
+        for copy in copies:
+            with first.open("rb") as source:
+                write_whole(copy, lambda file: shutil.copyfileobj(source, file))
         self._saved_at, self._saved = perf_counter(), session.done
 
     def close(self) -> None:

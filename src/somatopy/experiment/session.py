@@ -140,7 +140,11 @@ class Session:
         learned = perf_counter()
         probes, drawn = self._probes.of(self.learner, self.eye, phase.interventions), self._draw(reading)
         shown = perf_counter()
-        self._reading = self.body.step(*phase.act(target, gaze))  # 9 the body advances, as interventions let it
+        try:
+            self._reading = self.body.step(*phase.act(target, gaze))  # 9 the body advances, as interventions let it
+        except ValueError as error:
+            error.add_note(self._who_commands())
+            raise
         stepped = perf_counter()
         seconds = {
             "physics": stepped - shown,
@@ -167,6 +171,10 @@ class Session:
         )
         self._count(frame)
         return frame
+
+    def _who_commands(self) -> str:
+        learner, babbling = self.description.learner.kind, self.description.babbling.kind
+        return f"The learner {learner!r} gives the head's target, the babbling {babbling!r} gives the arm's."
 
     def _enter(self) -> int:
         """Begin the phase of the next frame; its index."""

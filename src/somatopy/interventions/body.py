@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from math import radians
 from typing import Annotated
 
+from annotated_types import Le
 from typing_extensions import Doc
 
 from somatopy.contract import Alterable, Stage
@@ -156,7 +157,7 @@ class Longer(Settings):
     Severity: the hand is up to 20 percent of the arm's length away from where it was in the same posture.
     """
 
-    factor: Annotated[Positive, Doc("By how much lengths are multiplied; masses stay.")] = 1.2
+    factor: Annotated[Positive, Le(100), Doc("By how much lengths are multiplied, at most 100; masses stay.")] = 1.2
 
     def build(self, context: BuildContext) -> LongerArm:
         """The damage."""

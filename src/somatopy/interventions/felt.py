@@ -241,7 +241,7 @@ class Noise(Settings):
     """
 
     deviation: Annotated[
-        tuple[Annotated[float, Ge(0)], ...] | Annotated[float, Ge(0)],
+        tuple[Annotated[Finite, Ge(0)], ...] | Annotated[Finite, Ge(0)],
         Doc("Standard deviation, rad; of a slide, as a share of its range. One for all joints, or one a joint."),
     ] = 0.05
 

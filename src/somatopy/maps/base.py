@@ -16,7 +16,7 @@ from sklearn.utils.validation import check_is_fitted, validate_data
 
 from somatopy.maps.distances import squared_distances
 from somatopy.maps.fitting import LearnsTables
-from somatopy.maps.inputs import LIMITS, MISSING, real, refusal, restored, unusable
+from somatopy.maps.inputs import LIMITS, MISSING, no_numbers, real, refusal, restored, unmasked, unusable
 from somatopy.maps.start import check_units
 from somatopy.maps.topology import Topology
 
@@ -40,7 +40,7 @@ class Map(LearnsTables, ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseE
         dtype: precision of codes and computation, "float64" or "float32".
         missing: what to do where an input has NaN: "error" refuses it; "ignore" learns from, and compares, the
             coordinates that were observed (distances are scaled up to all dimensions, as in
-            `sklearn.metrics.pairwise.nan_euclidean_distances`).
+            `sklearn.metrics.pairwise.nan_euclidean_distances`). What a masked array of NumPy hides counts as NaN.
         random_state: seed or NumPy Generator of the start codes.
 
     Attributes:
@@ -355,7 +355,12 @@ class Map(LearnsTables, ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseE
     def _usable_inputs(self, X: ArrayLike, *, reset: bool) -> Array:
         """Usable inputs (n, dims) in the map's precision."""
         dtype = self._checked_precision() if reset else self._precision()
-        samples: Array = validate_data(self, X, reset=reset, dtype=dtype, ensure_all_finite=False)
+        try:
+            samples: Array = validate_data(self, unmasked(X), reset=reset, dtype=dtype, ensure_all_finite=False)
+        except (TypeError, ValueError) as error:
+            if said := no_numbers(X):
+                error.add_note(said)
+            raise
         if unusable(samples, self._allows_missing()).any():
             raise self._refusal(samples)
         return samples

@@ -93,8 +93,8 @@ class CompiledMap(Map):
 
     def _kernel_input(self, x: ArrayLike) -> Array:
         """One input as the kernels take it, shape (1, dims): a copy, whose values they check."""
-        given = np.asarray(x)
-        if given.dtype is not self._input_dtype:  # most often it is, and then there is nothing to ask
+        given = np.asanyarray(x)
+        if given.dtype is not self._input_dtype or type(given) is not np.ndarray:  # most often there is nothing to ask
             given = real(given)
         if given.shape != (self.n_features_in_,):
             raise self._wrong_length(given)

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from somatopy.maps.kernels import LARGEST, LARGEST_SINGLE
 
-__all__ = ["LIMITS", "MISSING", "real", "refusal", "restored", "unusable"]
+__all__ = ["LIMITS", "MISSING", "no_numbers", "real", "refusal", "restored", "unmasked", "unusable"]
 
 Array = NDArray[Any]
 
@@ -17,9 +17,28 @@ LIMITS = {"float64": LARGEST, "float32": LARGEST_SINGLE}
 MISSING = {"error": False, "ignore": True}  # whether values may be missing
 
 
+def unmasked(values: Any) -> Any:
+    """The values, but NaN in the place of each that a masked array hides: it was not observed."""
+    if not isinstance(values, np.ma.MaskedArray):
+        return values
+    return np.ma.filled(values.astype(np.float64), np.nan)
+
+
+def no_numbers(X: Any) -> str:
+    """What to do about columns of a pandas table that hold no numbers; nothing where there are none."""
+    kept = getattr(X, "select_dtypes", None)
+    names = [] if kept is None else [str(name) for name in kept(exclude=["number", "bool"]).columns]
+    if not names:
+        return ""
+    return (
+        f"These columns hold no numbers: {', '.join(names)}. Leave them out, X.select_dtypes('number'), or encode "
+        "them, as OneHotEncoder of scikit-learn does."
+    )
+
+
 def real(x: ArrayLike) -> Array:
     """An array, perhaps not a copy, if it is not one of complex numbers."""
-    given = np.asarray(x)
+    given = np.asarray(unmasked(x))
     if given.dtype.kind == "c":
         raise ValueError(f"inputs are real numbers; got complex ones, {x!r}")
     return given

@@ -88,7 +88,8 @@ def found(module: str, attribute: str) -> Any:
     thing: Any = found
     for name in attribute.split("."):
         if not hasattr(thing, name):
-            there = [key for key, value in vars(thing).items() if getattr(value, "__module__", None) == module]
+            inside = getattr(thing, "__dict__", {})
+            there = [key for key, value in inside.items() if getattr(value, "__module__", None) == module]
             raise UnknownKind(f"does not exist: {module} has no {name}; it has {', '.join(there) or 'nothing'}")
         thing = getattr(thing, name)
     return thing

@@ -34,7 +34,7 @@ def load_plan(path: str | Path) -> dict[str, Any]:
         DescriptionError: it cannot be read, or is no TOML.
     """
     try:
-        table = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+        table = tomllib.loads(Path(path).read_text(encoding="utf-8-sig"))
     except OSError as error:
         raise DescriptionError(f"Cannot read the study {path}: {error.strerror}.") from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:

@@ -57,7 +57,8 @@ def _serve(answers: IO[str], scratch: Path) -> None:
             return
         except BaseException as error:
             traceback.print_exc()
-            answer = {"cause": f"{type(error).__name__}: {error}"}
+            notes = [note for note in getattr(error, "__notes__", []) if "somatopy resume" not in note]
+            answer = {"cause": ". ".join([f"{type(error).__name__}: {error}".rstrip("."), *notes])}
         answers.write(json.dumps(answer) + "\n")
         answers.flush()
         gc.collect()  # parts of an experiment refer to each other: only this frees what the last cell held

@@ -9,13 +9,14 @@ import matplotlib
 import numpy as np
 import pytest
 from matplotlib.colors import to_hex, to_rgb
+from matplotlib.figure import Figure
 
 from somatopy.analysis.bounds import ceiling_shares
 from somatopy.analysis.figures import FIGURES, Shot, filmstrip, filmstrip_frames, save, save_figures
 from somatopy.analysis.runs import load_run
 from somatopy.analysis.series import distortion
 from somatopy.analysis.snapshots import load_snapshot
-from somatopy.analysis.style import CEILING, CONTROLS, HITS, RUNS, TREND
+from somatopy.analysis.style import CEILING, CONTROLS, HITS, RUNS, TREND, style
 
 SOURCE = "hebbian learner, geometric eye, kinematic motion, seed 7"
 
@@ -192,3 +193,13 @@ def test_filmstrip_shows_what_was_seen(rich_run: Any) -> None:
     assert "intact, 0 min 06.0 s" in text and "damaged, 33 min 20.0 s" in text
     with pytest.raises(ValueError, match="at least one picture"):
         filmstrip(rich_run, [])
+
+
+def test_a_name_is_no_formula(tmp_path: Path) -> None:
+    """A phase or a robot may be called what would be a broken one; it is drawn as it is."""
+    name = r"$\frac{a$"
+    with style():
+        figure = Figure(figsize=(2, 1))
+        figure.suptitle(name)
+    png, svg = save(figure, tmp_path, "named")
+    assert png.stat().st_size > 0 and f"<!-- {name} -->" in svg.read_text(encoding="utf-8")

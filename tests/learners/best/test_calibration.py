@@ -123,7 +123,7 @@ def test_a_miss_says_nothing_of_the_pixel_gain() -> None:
 
 @pytest.mark.parametrize("seen_before", [True, False])
 def test_in_a_surprise_the_gain_learns_from_plain_movements(seen_before: bool) -> None:
-    """From dy and dp, and so from a hand that was seen in two frames on end, which is what a mirrored picture leaves."""
+    """From dy and dp, and so from a hand that was seen in two frames on end, all that a mirrored picture leaves."""
     memory, dy, dp = still(), np.array([0.1, -0.05]), np.array([-0.3, 0.2])
     memory.moved[:], memory.slip[:] = (0.03, 0.01), (0.05, -0.02) if seen_before else (np.nan, np.nan)
     memory.gain[:] = [[0.1, 0.0], [0.2, -0.3]]

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from sklearn.utils.validation import check_is_fitted
 
 from somatopy.maps.base import Map
+from somatopy.maps.inputs import unmasked
 from somatopy.maps.topology import Topology
 
 __all__ = ["BLOCK", "Tally", "blocks", "codes_of", "pieces", "residuals", "tally", "topology_of"]
@@ -78,7 +79,7 @@ def blocks(trained: Map, X: Any, look: Callable[[Any], NDArray[Any]]) -> Iterato
 
 def pieces(X: Any, step: int) -> Iterator[tuple[int, Any]]:
     """Some rows of X at a time, with the number of the first; all of an X that has none, for a map to refuse it."""
-    table = X if hasattr(X, "iloc") else np.asarray(X)
+    table = X if hasattr(X, "iloc") else np.asarray(unmasked(X))
     rows = getattr(table, "iloc", table)  # a table with names of columns keeps them
     if table.ndim == 0 or not len(table):
         yield 0, table

@@ -10,6 +10,7 @@ from scipy.spatial.distance import cdist
 
 from somatopy.maps.base import Map
 from somatopy.maps.distances import squared_distances
+from somatopy.maps.inputs import unmasked
 from somatopy.maps.quality.looking import BLOCK, blocks, codes_of, topology_of
 from somatopy.maps.start import check_units
 
@@ -131,7 +132,7 @@ def trustworthiness(trained: Map, X: ArrayLike, neighbours: int = 5) -> float:
     check_units("neighbours", neighbours)
     topology = topology_of(trained, "trustworthiness")
     winners = np.concatenate([winners for _, winners in blocks(trained, X, trained.predict)])
-    samples, count = np.asarray(X, dtype=np.float64), len(winners)
+    samples, count = np.asarray(unmasked(X), dtype=np.float64), len(winners)
     if 2 * neighbours >= count:
         raise ValueError(f"neighbours must be less than half of the inputs, {count / 2:g}; got {neighbours}")
     penalty = 0.0
