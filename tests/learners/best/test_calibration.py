@@ -130,13 +130,3 @@ def test_in_a_surprise_the_gain_learns_from_plain_movements(seen_before: bool) -
     memory.numbers[[TURNS, SURPRISE]] = 95, 0.01
     expected = 0.05 * np.outer(-dy - memory.gain @ dp, dp) / (dp @ dp + 0.02)
     np.testing.assert_allclose(gained(memory, dy, dp), expected, rtol=5e-3)
-
-
-@pytest.mark.parametrize(("stride", "movement"), [(0.124, 399), (0.126, 399), (0.124, 400)])
-def test_a_slow_head_begins_with_plain_movements(stride: float, movement: int) -> None:
-    """The first 400 of a head that goes less than .125 rad in a frame; a quicker or older one needs changes of them."""
-    memory, dy, dp = still(), np.array([0.1, -0.05]), np.array([-0.3, 0.2])
-    memory.stride[:] = 0.05, stride
-    memory.moved[:], memory.slip[:] = dy, dp
-    memory.numbers[TURNS] = movement
-    assert gained(memory, dy, dp).any() == (stride < 0.125 and movement < 400)

@@ -13,8 +13,6 @@ __all__ = ["bin_of", "learn_bias", "learn_ends", "learn_gain", "learn_speed"]
 BIAS_RATE, BIAS_MOST, STRIDE_SHARE = 0.05, 0.3, 0.8
 GAIN_RATE, GAIN_AGE, GAIN_LEAST = 0.05, 5.0, 0.05 / 2.56
 TURN_LEAST, TURN_SHARE = 0.05, 0.4
-#: A head is slow if even its longest way in a frame is shorter, rad, and learns from so many plain movements first.
-SLOW_STRIDE, PLAIN_TURNS = TURN_LEAST / TURN_SHARE, 400
 SPEED_RATE, WAY_LEAST = 0.02, 0.05
 
 
@@ -87,7 +85,6 @@ def learn_gain(memory: Memory, head: Floats, pixel: Floats) -> bool:
 
     While there is a surprise, kappa > 0, dy and dp themselves take the place of d2y and d2p. If the gain is what has
     become wrong, as in a mirrored picture, the hand is hardly ever seen in three frames on end, but often in two.
-    Likewise in the first 400 movements of a slow head, which seldom changes its speed.
 
     Args:
         memory: what the learner holds.
@@ -98,8 +95,7 @@ def learn_gain(memory: Memory, head: Floats, pixel: Floats) -> bool:
         Whether it learned.
     """
     du, dv, turn = pixel[0] - memory.pixel[0], pixel[1] - memory.pixel[1], head - memory.head
-    starts = memory.numbers[TURNS] < PLAIN_TURNS and memory.stride.max() < SLOW_STRIDE
-    if memory.numbers[SURPRISE] == 0.0 and not starts:
+    if memory.numbers[SURPRISE] == 0.0:
         du, dv, turn = du - memory.slip[0], dv - memory.slip[1], turn - memory.moved
     length = 0.0
     for k in range(head.size):
