@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 from tests.learners.best.world import robot
 
+from somatopy.experiment import Session
+from somatopy.experiment.changes import changed
+from somatopy.experiment.presets import paper
 from somatopy.learners.best.calibration import bin_of, learn_bias, learn_ends, learn_gain
-from somatopy.learners.best.memory import SURPRISE, TURNS, Memory, fresh
+from somatopy.learners.best.memory import FAST_SIGHT, FRAMES, SLOW_SIGHT, SURPRISE, TURNS, Memory, fresh
 from somatopy.percept import Floats
 
 
@@ -122,11 +125,20 @@ def test_a_miss_says_nothing_of_the_pixel_gain() -> None:
 
 
 @pytest.mark.parametrize("seen_before", [True, False])
-def test_in_a_surprise_the_gain_learns_from_plain_movements(seen_before: bool) -> None:
-    """From dy and dp, and so from a hand that was seen in two frames on end, all that a mirrored picture leaves."""
+@pytest.mark.parametrize("wrong", [{SURPRISE: 0.01}, {FRAMES: 6000, FAST_SIGHT: 0.19, SLOW_SIGHT: 0.8}])
+def test_where_something_is_wrong_plain_movements_teach_the_gain(wrong: dict[int, float], seen_before: bool) -> None:
+    """In a surprise, or when the hand is hardly seen: from dy and dp, for which it need be seen in two frames alone."""
     memory, dy, dp = still(), np.array([0.1, -0.05]), np.array([-0.3, 0.2])
     memory.moved[:], memory.slip[:] = (0.03, 0.01), (0.05, -0.02) if seen_before else (np.nan, np.nan)
     memory.gain[:] = [[0.1, 0.0], [0.2, -0.3]]
-    memory.numbers[[TURNS, SURPRISE]] = 95, 0.01
+    memory.numbers[[TURNS, *wrong]] = 95, *wrong.values()
     expected = 0.05 * np.outer(-dy - memory.gain @ dp, dp) / (dp @ dp + 0.02)
     np.testing.assert_allclose(gained(memory, dy, dp), expected, rtol=5e-3)
+
+
+def test_a_mirrored_picture_is_learned_even_by_a_slow_head() -> None:
+    """The hand is seen again two minutes after the picture was mirrored, whether or not the errors are a surprise."""
+    short = {"learner": "best", "eye": "geometric", "motion": "kinematic", "minutes": 6, "damage_minutes": 5}
+    with Session(changed(paper(), short | {"damage": "mirrored"})) as session:
+        seen = [frame.sighting is not None for frame in session]
+    assert np.mean(seen[4 * 900 : 6 * 900]) > 0.85 and np.mean(seen[-2 * 900 :]) > 0.7

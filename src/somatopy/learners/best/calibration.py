@@ -6,6 +6,7 @@ import math
 
 from somatopy._jit import jit
 from somatopy.learners.best.memory import BIN, SURPRISE, TURNS, Memory
+from somatopy.learners.best.schema import is_lost
 from somatopy.percept import Floats
 
 __all__ = ["bin_of", "learn_bias", "learn_ends", "learn_gain", "learn_speed"]
@@ -83,8 +84,9 @@ def learn_gain(memory: Memory, head: Floats, pixel: Floats) -> bool:
     seen to go in a frame, if that is less. eta is 1 / (1 + k / 5) at the k-th of them, counted from 0, and .05 once
     that is less.
 
-    While there is a surprise, kappa > 0, dy and dp themselves take the place of d2y and d2p. If the gain is what has
-    become wrong, as in a mirrored picture, the hand is hardly ever seen in three frames on end, but often in two.
+    While there is a surprise, kappa > 0, or the hand is hardly seen any more, dy and dp themselves take the place of
+    d2y and d2p. If the gain is what has become wrong, as in a mirrored picture, the hand is hardly ever seen in three
+    frames on end, but often in two.
 
     Args:
         memory: what the learner holds.
@@ -95,7 +97,7 @@ def learn_gain(memory: Memory, head: Floats, pixel: Floats) -> bool:
         Whether it learned.
     """
     du, dv, turn = pixel[0] - memory.pixel[0], pixel[1] - memory.pixel[1], head - memory.head
-    if memory.numbers[SURPRISE] == 0.0:
+    if memory.numbers[SURPRISE] == 0.0 and not is_lost(memory.numbers):
         du, dv, turn = du - memory.slip[0], dv - memory.slip[1], turn - memory.moved
     length = 0.0
     for k in range(head.size):
