@@ -16,11 +16,10 @@ from annotated_types import Ge
 from typing_extensions import Doc
 
 from somatopy.learners import BestLearner
-from somatopy.learners.best.calibration import GAIN_AGE, GAIN_RATE
 from somatopy.learners.best.directions import NEAREST, active, direction, dual_of, powers
 from somatopy.learners.best.forgetting import voices
 from somatopy.learners.best.frame import choose
-from somatopy.learners.best.memory import HITS, LASTING, SURPRISE, TURNS, UNITS, Memory
+from somatopy.learners.best.memory import CALM, HITS, LASTING, SURPRISE, UNITS, Memory
 from somatopy.learners.best.schema import PULL, is_lost, trust_of
 from somatopy.learners.best.visibility import KEPT, in_reach, learn_visibility
 from somatopy.percept import Floats, Percept, Robot, Sighting
@@ -59,7 +58,9 @@ class Varied(BestLearner):
         late: Annotated[int, Ge(0), Doc("Frames by which all that it senses reaches it late.")] = 0,
         centring: Annotated[bool, Doc("Whether it looks at the hand's direction, and learns no visibility.")] = False,
         alike: Annotated[bool, Doc("Whether the monomials of B and F learn without the metric M.")] = False,
-        steady: Annotated[bool, Doc("Whether the pixel gain learns at its last rate from the first on.")] = False,
+        unmoved: Annotated[bool, Doc("Whether the pixel gain is learned as if no arm moved the hand.")] = False,
+        coarse: Annotated[bool, Doc("Whether the map measures distances by the limits of the joints.")] = False,
+        restless: Annotated[bool, Doc("Whether directions go on learning as fast as at first.")] = False,
         steadfast: Annotated[bool, Doc("Whether it goes on trusting the schema in a surprise that lasts.")] = False,
         ajar: Annotated[bool, Doc("Whether misses beyond the sheet teach visibility, too.")] = False,
     ) -> None:
@@ -75,7 +76,8 @@ class Varied(BestLearner):
             "recent": strokes * learns,
         }
         self._misses, self._schema, self._ahead, self._ajar = misses, (step, pull), ahead, ajar
-        self._alike, self._steady, self._steadfast = alike, steady, steadfast
+        self._alike, self._steadfast = alike, steadfast
+        self._unmoved, self._coarse, self._restless = unmoved, coarse, restless
         changed = {name for name, factor in self._factors.items() if factor != 1.0 or misses != 1.0}
         self._kept = sorted(changed | {"numbers", "shift", "home", "drift", "reach", "gain", "metric"})
         self._bowl = bowl(self._memory) if centring else None
@@ -111,9 +113,12 @@ class Varied(BestLearner):
                 now[:] = base + factor * teaches * (now - base)
         if self._alike:
             memory.metric[:] = before.metric
-        if self._steady:
-            rate = max(GAIN_RATE, 1.0 / (1.0 + before.numbers[TURNS] / GAIN_AGE))
-            memory.gain[:] = before.gain + GAIN_RATE / rate * (memory.gain - before.gain)
+        if self._unmoved:
+            memory.doubt[2:], memory.doubt[:, 2:] = 0.0, 0.0
+        if self._coarse:
+            memory.extent[:] = 1.0
+        if self._restless:
+            memory.numbers[CALM] = 0.0
         if self._steadfast:
             memory.numbers[LASTING] = 0.0
         if self._bowl is not None:
@@ -141,7 +146,7 @@ class Varied(BestLearner):
         count = int(memory.numbers[UNITS])
         if not (count and memory.numbers[HITS]):
             return
-        found = active(memory.units, count, x, index, share)
+        found = active(memory.units, memory.extent, count, x, index, share)
         phi, expected = np.empty(memory.plane.shape[1]), np.empty(memory.head.size)
         powers(x, phi)
         dual = np.empty(phi.size)

@@ -1,4 +1,4 @@
-"""The map of units once it is full."""
+"""The map of units: in which units it measures distances, and what it does once it is full."""
 
 from __future__ import annotations
 
@@ -7,8 +7,9 @@ import pytest
 from tests.learners.best.world import robot
 
 from somatopy.clock import FRAMES_PER_MINUTE
-from somatopy.learners.best.directions import NEAREST, find_or_add
+from somatopy.learners.best.directions import NEAREST, find_or_add, learn_extent
 from somatopy.learners.best.memory import FORGOTTEN, FRAMES, MOST_UNITS, UNITS, Memory, fresh
+from somatopy.percept import Floats
 
 NOW = 20_000
 
@@ -51,3 +52,52 @@ def test_else_it_stays_as_it_is(longest: int, x: float) -> None:
     count, index = found_at(memory, x)
     np.testing.assert_array_equal(memory.units, before)
     assert count >= 1 and memory.used[index[0]] == NOW
+
+
+# -- in which units distances are measured ----------------------------------------------------------------------------
+
+
+def babbled(postures: Floats) -> Memory:
+    """A map that has met these postures, one a frame."""
+    memory, index, share = fresh(robot(4)), np.empty(NEAREST, np.int64), np.empty(NEAREST)
+    for x in postures:
+        memory.numbers[FRAMES] += 1
+        find_or_add(memory, x, True, index, share)
+        learn_extent(memory, x)
+    return memory
+
+
+def test_the_extent_is_six_times_how_far_postures_are_from_their_mean() -> None:
+    """Which is what it would be of their whole range for postures that are mostly in its middle; from .05 to 1."""
+    spread = np.array([0.02, 0.08, 0.14, 0.0])
+    postures = 0.5 + spread * np.random.default_rng(0).uniform(-1, 1, (5000, 4))
+    means = np.cumsum(postures, axis=0) / np.arange(1, 5001)[:, None]
+    apart = 0.25 * np.ones(4)
+    for k, away in enumerate(np.abs(postures - means)):
+        apart += (away - apart) / (301 + k)
+    memory = babbled(postures)
+    np.testing.assert_allclose(memory.middle, postures.mean(axis=0))
+    np.testing.assert_allclose(memory.extent, np.clip(6 * apart, 0.05, 1.0))
+    assert np.all(np.abs(memory.extent - [0.14, 0.31, 0.48, 0.08]) < 0.02)
+
+
+def test_the_extent_is_the_whole_range_at_first_and_stands_after_five_thousand_frames() -> None:
+    """A beginner does not yet know how far its arm moves; later a new range, or a dead joint, changes nothing."""
+    rng = np.random.default_rng(0)
+    np.testing.assert_array_equal(fresh(robot(4)).extent, 1.0)
+    np.testing.assert_array_equal(babbled(np.full((1, 4), 0.5)).extent, 1.0)
+    memory = babbled(rng.uniform(0.4, 0.6, (5000, 4)))
+    before = memory.extent.copy()
+    for x in rng.uniform(size=(500, 4)):
+        memory.numbers[FRAMES] += 1
+        learn_extent(memory, x)
+    np.testing.assert_array_equal(memory.extent, before)
+    assert before.max() < 0.5
+
+
+def test_an_arm_that_moves_in_a_tenth_of_its_range_gets_more_than_one_unit() -> None:
+    """It gets twenty at least, and no more than an arm that moves in all of it; by the limits it would get one."""
+    rng = np.random.default_rng(0)
+    wide, narrow = (babbled(0.5 + width * rng.uniform(-0.5, 0.5, (8000, 4))) for width in (1.0, 0.1))
+    assert 20 <= narrow.numbers[UNITS] < wide.numbers[UNITS]
+    assert np.linalg.norm(np.ptp(narrow.units[: int(narrow.numbers[UNITS])], axis=0)) < 0.22

@@ -99,19 +99,19 @@ def test_a_frozen_learner_forgets_nothing() -> None:
 
 
 def test_joints_that_have_changed_places_are_soon_understood() -> None:
-    """A NAO whose arm joints are permuted after forty minutes sees its hand sooner than one that never forgets.
+    """A NAO whose arm joints are permuted after twenty minutes sees its hand sooner than one that never forgets.
 
-    Both live the same life before. From half a minute to two and a half after the damage, the one that forgets
-    has a tenth more hits at least.
+    Both live the same lives before. From half a minute to two and a half after the damage, the one that forgets
+    has a tenth more hits at least, over two seeds.
     """
     description = changed(
         PRESETS["paper-wide"](),
         {"learner": "best", "eye": "geometric", "motion": "kinematic", "damage": "permuted"}
-        | {"minutes": 40, "damage_minutes": 3},
+        | {"minutes": 20, "damage_minutes": 3},
     )
 
-    def hits(forgets: bool) -> int:
-        with Session(description.replaced(seed=300)) as session:
+    def hits(forgets: bool, seed: int) -> int:
+        with Session(description.replaced(seed=seed)) as session:
             seen = []
             for frame in session:
                 seen.append(frame.sighting is not None)
@@ -119,4 +119,5 @@ def test_joints_that_have_changed_places_are_soon_understood() -> None:
                     session.learner._memory.numbers[LASTING] = 0.0
         return sum(seen[-2250:-450])
 
-    assert hits(True) > 1.1 * hits(False)
+    forgetful, other = (sum(hits(forgets, seed) for seed in (300, 301)) for forgets in (True, False))
+    assert forgetful > 1.1 * other

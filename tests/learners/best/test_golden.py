@@ -4,9 +4,10 @@
 permutes and shifts all arm joints, and through minutes without any sight of the hand, so that surprise, schema and
 being lost all act. Its sheet had 31 x 27 cells and a fixed reach, its pixels were divided by 100, it blurred the
 evidence by [1 2 1] / 4 on both axes before it chose, and let bias learn from all moves. All its monomials learned
-alike, visibility had no polynomial, the pixel gain had one rate and learned from movements, not
-from how they change, and nothing was forgotten. Here blur stands in the test. After each frame the test takes back what
-metric and polynomial have learned, that a surprise lasts, and what the last movement was.
+alike, visibility had no polynomial, the pixel gain learned from movements of head and image alone, the map measured
+distances by the limits of the joints, directions learned at one rate, and nothing was forgotten. Here blur and pixel
+gain stand in the test. After each frame the test takes back what metric and polynomial have learned, how far the arm
+moves, how long all has been calm, and that a surprise lasts.
 """
 
 from __future__ import annotations
@@ -19,21 +20,22 @@ import pytest
 from scipy.ndimage import convolve1d
 
 from somatopy.learners.best.action import best_gaze
+from somatopy.learners.best.calibration import learn_bias, learn_ends, learn_speed
 from somatopy.learners.best.directions import NEAREST, active, direction, powers
 from somatopy.learners.best.frame import PARTS, live
-from somatopy.learners.best.memory import HITS, LASTING, SURPRISE, TURNS, UNITS, Memory, fresh
+from somatopy.learners.best.memory import CALM, HITS, LASTING, SURPRISE, UNITS, Memory, fresh
+from somatopy.learners.best.schema import CALM_HITS
 from somatopy.learners.best.visibility import evidence
 from somatopy.percept import Camera, Floats, Robot, Space
 
 DATA = Path(__file__).parents[2] / "data"
-ALL = np.ones(len(PARTS), np.bool_)
+REST = np.array([part != "calibration" for part in PARTS])
 
 
 def as_recorded(arm_limits: Floats, head_limits: Floats) -> Memory:
     """A fresh memory with the recorded program's sheet; it is given arm postures in [0, 1] units."""
     arm, head = Space(tuple("abcd"), *arm_limits.T), Space(("yaw", "pitch"), *head_limits.T)
     memory = fresh(Robot({"arm": arm, "head": head}, ("head",), Camera("eye", 320, 240, fovy=0.83)))
-    memory.numbers[TURNS] = 1e6  # its sheet is as large as it will be, and its pixel gain learns at the last rate
     return memory._replace(
         shape=np.array([31, 27]),
         reach=np.array([0.75, 0.65]),
@@ -46,12 +48,23 @@ def as_recorded(arm_limits: Floats, head_limits: Floats) -> Memory:
     )
 
 
+def calibrate(memory: Memory, x: Floats, head: Floats, command: Floats, pixel: Floats) -> None:
+    """The calibration, with the recorded program's pixel gain: G += .05 e dp' / (|dp|^2 + .02), e = -dy - G dp."""
+    learn_bias(memory, head, command)
+    learn_ends(memory, command)
+    learn_speed(memory, x)
+    turn, slip = head - memory.head, pixel - memory.pixel
+    if not np.isnan(slip).any() and np.linalg.norm(turn) > 0.05:
+        error = -turn - memory.gain @ slip
+        memory.gain[:] += 0.05 * np.outer(error, slip) / (slip @ slip + 0.05 / 2.56)
+
+
 def command_of(memory: Memory) -> Floats:
     """The command, with the recorded program's blur."""
     most = np.maximum(memory.speed, 0)
     x = memory.felt[0] + np.clip(memory.felt[1] - memory.felt[0], -most, most)
     index, share = np.empty(NEAREST, np.int64), np.empty(NEAREST)
-    found = active(memory.units, int(memory.numbers[UNITS]), x, index, share)
+    found = active(memory.units, memory.extent, int(memory.numbers[UNITS]), x, index, share)
     phi, centre, command = np.empty(memory.plane.shape[1]), np.empty(2), np.empty(2)
     powers(x, phi)
     direction(memory, phi, index, share, found, centre)
@@ -85,9 +98,10 @@ def test_a_recorded_life(name: str) -> None:
             apart[key] = max(apart.get(key, 0.0), difference)
 
     for k in range(len(felt)):
-        live(memory, felt[k], goals[k], heads[k], told[k], pixels[k], 0.75, ALL)
-        memory.metric[:], memory.common[:], memory.numbers[LASTING] = alike, 0.0, 0.0
-        memory.moved[:], memory.slip[:] = 0.0, 0.0
+        calibrate(memory, felt[k] + memory.shift, heads[k], told[k], pixels[k])
+        live(memory, felt[k], goals[k], heads[k], told[k], pixels[k], 0.75, REST)
+        memory.metric[:], memory.common[:], memory.extent[:] = alike, 0.0, 1.0
+        memory.numbers[[LASTING, CALM]] = 0.0, 0.0 if memory.numbers[HITS] < CALM_HITS else -1.0  # the next hit adds 1
         compare(
             drift=(memory.drift, ("eps_yaw", "eps_pitch")),
             shift=(memory.shift, ("c0", "c1", "c2", "c3")),

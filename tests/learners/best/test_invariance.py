@@ -21,8 +21,8 @@ from somatopy.learners import BestLearner
 from somatopy.learners.best.memory import SURPRISE, UNITS
 from somatopy.percept import Camera, Floats, Percept, Robot, Sighting, Space
 
-FRAMES = 12_600  # of the recorded life
-LOOKED_AT = (300, 4000, 12_000, 12_600)  # frames after which inner values are compared; the damage is after 12,000
+FRAMES = 12_400  # of the recorded life
+LOOKED_AT = (300, 4000, 12_000, 12_400)  # frames after which inner values are compared; the damage is after 12,000
 
 
 @dataclass(frozen=True)
@@ -69,6 +69,7 @@ class Described:
         said |= {name: np.flip(held[name].reshape(held["shape"]), flipped).ravel() for name in ("sheet", "recent")}
         said["shift"], said["speed"] = sign * held["shift"][order], held["speed"][order]
         said["gain"], said["fields"] = turn[:, None] * held["gain"], psi * held["fields"]
+        said["extent"], said["apart"] = held["extent"][order], held["apart"][order]
         said["ends"] = np.stack([ends[0], -ends[1, ::-1] if 1 in flipped else ends[1]])
         return said
 

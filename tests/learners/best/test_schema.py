@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from tests.learners.best.world import robot
 
+from somatopy.learners.best.directions import direction, dual_of, learn_direction
 from somatopy.learners.best.memory import (
+    CALM,
     FAST_ERROR,
     FAST_SIGHT,
     FRAMES,
@@ -15,8 +18,10 @@ from somatopy.learners.best.memory import (
     SLOW_ERROR,
     SLOW_SIGHT,
     SURPRISE,
+    UNITS,
+    fresh,
 )
-from somatopy.learners.best.schema import count_sight, is_lost, surprise, trust_of
+from somatopy.learners.best.schema import count_sight, is_lost, pace_of, surprise, trust_of
 
 
 def test_surprise_compares_a_fast_and_a_slow_average_and_lambda_follows_it() -> None:
@@ -67,3 +72,55 @@ def test_a_hand_that_is_seen_less_than_a_quarter_as_often_is_lost(frames: int, s
     numbers = np.zeros(NUMBERS)
     numbers[[FRAMES, SLOW_SIGHT, FAST_SIGHT]] = frames, 0.8, share * 0.8
     assert is_lost(numbers) == lost
+
+
+# -- how fast directions learn ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("calm", "pace"), [(0, 1.0), (4000, 0.5), (12_000, 0.25), (16_001, 0.2), (1_000_000, 0.2)])
+def test_directions_slow_down_while_all_is_calm(calm: int, pace: float) -> None:
+    """1 / (1 + h / 4,000) after h hits, and .2 at least."""
+    numbers = fresh(robot(4)).numbers
+    numbers[CALM] = calm
+    assert pace_of(numbers) == pytest.approx(pace)
+
+
+def test_hits_are_calm_beyond_the_first_four_thousand() -> None:
+    """A beginner learns as fast as it can."""
+    numbers = fresh(robot(4)).numbers
+    for _ in range(4010):
+        surprise(numbers, np.array([0.02, 0.0]))
+    assert numbers[CALM] == 10.0
+
+
+def test_a_surprise_makes_directions_learn_fast_again() -> None:
+    """It takes a percent of the calm hits at each hit while kappa is 1."""
+    numbers = fresh(robot(4)).numbers
+    for _ in range(30_000):
+        surprise(numbers, np.array([0.02, 0.0]))
+    assert pace_of(numbers) == 0.2
+    for _ in range(500):
+        surprise(numbers, np.array([0.5, 0.0]))
+    assert pace_of(numbers) > 0.9
+    numbers[[HITS, CALM, SURPRISE]] = 50_000, 1000, 0.0
+    numbers[[FAST_ERROR, SLOW_ERROR]] = 1.0, 1e-3
+    surprise(numbers, np.array([1.0, 0.0]))
+    assert numbers[SURPRISE] == 1.0 and numbers[CALM] == pytest.approx(0.99 * 1001)
+
+
+def test_a_direction_that_learns_slowly_is_the_mean_over_what_cannot_be_learned() -> None:
+    """Where a hand is seen to either side by chance, as with a dead joint: nearer to its middle after calm hours."""
+    rng = np.random.default_rng(0)
+    off = {}
+    for calm in (0.0, 1e6):
+        memory, g = fresh(robot(1)), np.empty(2)
+        memory.numbers[[UNITS, CALM]] = 1, calm
+        phi, dual, own, share = np.array([1.0, 0.0, 0.0]), np.empty(3), np.zeros(1, np.int64), np.ones(1)
+        found = []
+        for side in rng.normal(0.0, 0.2, (3000, 2)):
+            direction(memory, phi, own, share, 1, g)
+            found.append(np.linalg.norm(g))
+            length = dual_of(memory, phi, dual)
+            learn_direction(memory, side - g, pace_of(memory.numbers), dual, length, own, share, 1)
+        off[calm] = np.mean(found[500:])
+    assert off[1e6] < 0.5 * off[0.0]

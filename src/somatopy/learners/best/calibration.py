@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from somatopy._jit import jit
-from somatopy.learners.best.memory import BIN, SURPRISE, TURNS, Memory
-from somatopy.learners.best.schema import is_lost
+from somatopy.learners.best.directions import powers
+from somatopy.learners.best.memory import BIN, DOUBT_MOST, TURNS, Memory
 from somatopy.percept import Floats
 
 __all__ = ["bin_of", "learn_bias", "learn_ends", "learn_gain", "learn_speed"]
 
 BIAS_RATE, BIAS_MOST, STRIDE_SHARE = 0.05, 0.3, 0.8
-GAIN_RATE, GAIN_AGE, GAIN_LEAST = 0.05, 5.0, 0.05 / 2.56
-TURN_LEAST, TURN_SHARE = 0.05, 0.4
+GAIN_KEPT = 0.997
 SPEED_RATE, WAY_LEAST = 0.02, 0.05
 
 
@@ -75,40 +76,52 @@ def learn_speed(memory: Memory, felt: Floats) -> None:
 
 
 @jit
-def learn_gain(memory: Memory, head: Floats, pixel: Floats) -> bool:
-    """G += eta e d2p' / (|d2p|^2 + .02) with e = -d2y - G d2p: what a turn of its own head does to the picture.
+def learn_gain(memory: Memory, x: Floats, head: Floats, pixel: Floats) -> bool:
+    """G and C by recursive least squares of dy + G dp = C dphi: a turn of the head, or the arm, moves the hand's image.
 
-    d2y and d2p are how much the head's movement dy and the hand's slip dp in the picture differ from those one frame
-    ago. A hand that moves evenly has no part in them. It has one in dp, by which a head that follows a hand seems to
-    turn without effect. Only d2y count that are longer than .05 rad, or than .4 of the longest way that the head was
-    seen to go in a frame, if that is less. eta is 1 / (1 + k / 5) at the k-th of them, counted from 0, and .05 once
-    that is less.
-
-    While there is a surprise, kappa > 0, or the hand is hardly seen any more, dy and dp themselves take the place of
-    d2y and d2p. If the gain is what has become wrong, as in a mirrored picture, the hand is hardly ever seen in three
-    frames on end, but often in two.
+    y + G p is where the hand is. From one frame to the next it changes only if the arm moves, by C dphi. Both are
+    learned together from each frame in which the head moved, if the hand is seen and was seen before. So a head that
+    follows the hand is not mistaken for one that turns without effect. With z = (dp, -dphi) and
+    k = P z / (mu + z' P z), (G, C) += (-dy - (G, C) z) k' and P = (P - k z' P) / mu (Haykin, Adaptive Filter Theory);
+    mu is .997, or 1 where the trace of P is not below its first value.
 
     Args:
         memory: what the learner holds.
+        x: x~, shape (n,).
         head: y, shape (m,), rad.
         pixel: p, shape (2,); NaN on a miss.
 
     Returns:
         Whether it learned.
     """
-    du, dv, turn = pixel[0] - memory.pixel[0], pixel[1] - memory.pixel[1], head - memory.head
-    if memory.numbers[SURPRISE] == 0.0 and not is_lost(memory.numbers):
-        du, dv, turn = du - memory.slip[0], dv - memory.slip[1], turn - memory.moved
-    length = 0.0
+    moved, turn = 0.0, head - memory.head
     for k in range(head.size):
-        length += turn[k] ** 2
-    if math.isnan(du) or math.sqrt(length) <= min(TURN_LEAST, TURN_SHARE * memory.stride.max()):
+        moved = max(moved, abs(turn[k]))
+    if moved == 0.0 or math.isnan(pixel[0] - memory.pixel[0]):
         return False
-    rate = max(GAIN_RATE, 1.0 / (1.0 + memory.numbers[TURNS] / GAIN_AGE))
-    scale = rate / (du * du + dv * dv + GAIN_LEAST)
+    terms = memory.plane.shape[1]
+    before, now, z = np.empty(terms), np.empty(terms), np.empty(terms + 1)
+    powers(memory.felt[0], before)
+    powers(x, now)
+    z[:2], z[2:] = pixel - memory.pixel, before[1:] - now[1:]
+    step, length, trace = np.zeros(z.size), 0.0, 0.0
+    for i in range(z.size):
+        for j in range(z.size):
+            step[i] += memory.doubt[i, j] * z[j]
+        length += step[i] * z[i]
+        trace += memory.doubt[i, i]
+    kept = GAIN_KEPT if trace < DOUBT_MOST * z.size else 1.0
+    share, grown = 1.0 / (kept + length), 1.0 / kept
     for k in range(head.size):
-        error = -turn[k] - memory.gain[k, 0] * du - memory.gain[k, 1] * dv
-        memory.gain[k, 0] += scale * error * du
-        memory.gain[k, 1] += scale * error * dv
+        error = -turn[k] - memory.gain[k, 0] * z[0] - memory.gain[k, 1] * z[1]
+        for q in range(terms - 1):
+            error -= memory.sway[k, q] * z[2 + q]
+        for i in range(2):
+            memory.gain[k, i] += error * share * step[i]
+        for q in range(terms - 1):
+            memory.sway[k, q] += error * share * step[2 + q]
+    for i in range(z.size):
+        for j in range(z.size):  # the same product for i, j as for j, i: whatever asymmetry P had would grow by 1 / mu
+            memory.doubt[i, j] = (memory.doubt[i, j] - step[i] * step[j] * share) * grown
     memory.numbers[TURNS] += 1.0
     return True

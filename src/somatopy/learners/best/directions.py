@@ -19,25 +19,37 @@ from somatopy.learners.best.memory import (
 )
 from somatopy.percept import Floats, Ints
 
-__all__ = ["NEAREST", "active", "direction", "dual_of", "find_or_add", "learn_direction", "powers", "powers_turned"]
+__all__ = [
+    "NEAREST",
+    "active",
+    "direction",
+    "dual_of",
+    "find_or_add",
+    "learn_direction",
+    "learn_extent",
+    "powers",
+    "powers_turned",
+]
 
 NEAREST = 16  # units that may be active
 PLANE_RATE, TURN_RATE, DRIFT_RATE, DRIFT_KEPT = 0.2, 0.5, 0.5, 0.9
 METRIC_KEPT = 0.9995
+EXTENT, EXTENT_LEAST, EXTENT_FRAMES, EXTENT_AGE = 6.0, 0.05, 5000, 300.0
 
 
 @jit_inlined
 def width_of(joints: int) -> float:
-    """Width of the units' neighbourhood, [0, 1] units."""
+    """Width of the units' neighbourhood, in units of `extent`."""
     return spacing(joints) * 0.15 / 0.22
 
 
 @jit
-def active(units: Floats, count: int, x: Floats, index: Ints, share: Floats) -> int:
+def active(units: Floats, extent: Floats, count: int, x: Floats, index: Ints, share: Floats) -> int:
     """The nearest units, and their shares a in what the map says at x: Gaussian in the distance, relative to the least.
 
     Args:
         units: positions, shape (U, n).
+        extent: r, units of distance, shape (n,).
         count: how many of them are in use, one at least.
         x: felt posture, shape (n,).
         index: overwritten by the units' indices, the nearest first, shape (16,).
@@ -46,11 +58,11 @@ def active(units: Floats, count: int, x: Floats, index: Ints, share: Floats) -> 
     Returns:
         How many units are active.
     """
-    found, farthest = 0, np.inf
+    found, farthest, scale = 0, np.inf, 1.0 / extent
     for unit in range(count):
         square = 0.0
         for k in range(x.size):
-            square += (units[unit, k] - x[k]) ** 2
+            square += ((units[unit, k] - x[k]) * scale[k]) ** 2
         if square >= farthest:
             continue
         found = min(found + 1, NEAREST)
@@ -72,18 +84,37 @@ def active(units: Floats, count: int, x: Floats, index: Ints, share: Floats) -> 
 
 
 @jit
+def learn_extent(memory: Memory, x: Floats) -> None:
+    """r = 6 times the mean of |x~ - its mean|, from .05 to 1, over the first 5,000 frames: how far the arm moves.
+
+    It is 1, the whole range of a joint, at first. So the map begins coarse, and an arm that moves in a small part of
+    its range gets as many units as one that moves in all of it.
+
+    Args:
+        memory: what the learner holds.
+        x: x~, shape (n,).
+    """
+    frames = memory.numbers[FRAMES]
+    if frames <= EXTENT_FRAMES:
+        for k in range(x.size):
+            memory.middle[k] += (x[k] - memory.middle[k]) / frames
+            memory.apart[k] += (abs(x[k] - memory.middle[k]) - memory.apart[k]) / (EXTENT_AGE + frames)
+            memory.extent[k] = min(max(EXTENT * memory.apart[k], EXTENT_LEAST), 1.0)
+
+
+@jit
 def find_or_add(memory: Memory, x: Floats, may_add: bool, index: Ints, share: Floats) -> int:
     """The active units at x; far from all there is a new one there first, if there may be, which says nothing yet."""
     numbers = memory.numbers
     count = int(numbers[UNITS])
-    found = active(memory.units, count, x, index, share) if count else 0
-    if may_add and (found == 0 or _distance(memory.units[index[0]], x) > spacing(x.size)):
+    found = active(memory.units, memory.extent, count, x, index, share) if count else 0
+    if may_add and (found == 0 or _distance(memory.units[index[0]], x, memory.extent) > spacing(x.size)):
         place = count if count < MOST_UNITS else _longest_unused(memory)
         if place >= 0:
             memory.units[place], memory.turns[place], memory.fields[place] = x, 0.0, 0.0
             memory.faded[place] = numbers[FORGOTTEN]
             numbers[UNITS] = max(count, place + 1)
-            found = active(memory.units, int(numbers[UNITS]), x, index, share)
+            found = active(memory.units, memory.extent, int(numbers[UNITS]), x, index, share)
     if found:
         memory.used[index[0]] = int(numbers[FRAMES])
     return found
@@ -97,10 +128,10 @@ def _longest_unused(memory: Memory) -> int:
 
 
 @jit_inlined
-def _distance(a: Floats, b: Floats) -> float:
+def _distance(a: Floats, b: Floats, extent: Floats) -> float:
     square = 0.0
     for k in range(b.size):
-        square += (a[k] - b[k]) ** 2
+        square += ((a[k] - b[k]) / extent[k]) ** 2
     return math.sqrt(square)
 
 
@@ -194,7 +225,7 @@ def learn_direction(
     Args:
         memory: what the learner holds.
         error: e, where the hand was less where it was expected, shape (m,), rad.
-        trust: lambda, 1 while the body feels as usual, 0 while it does not.
+        trust: factor of both rates, see `trust_of` and `pace_of`.
         dual: q, see `dual_of`, shape (Q,).
         length: phi' M phi, what `dual_of` returned.
         index: the active units.

@@ -19,11 +19,12 @@ from somatopy.learners.best.directions import (
     dual_of,
     find_or_add,
     learn_direction,
+    learn_extent,
     powers,
 )
 from somatopy.learners.best.forgetting import forget, voices
 from somatopy.learners.best.memory import HITS, SURPRISE, TURNS, UNITS, Memory, opened
-from somatopy.learners.best.schema import count_sight, is_lost, move_schema, pull_schema, surprise, trust_of
+from somatopy.learners.best.schema import count_sight, is_lost, move_schema, pace_of, pull_schema, surprise, trust_of
 from somatopy.learners.best.visibility import evidence, fade, fit_sheet, in_reach, is_due, learn_visibility
 from somatopy.percept import Floats, Ints
 
@@ -91,7 +92,7 @@ def live(
         if kappa > 0.0 and learns[SCHEMA]:
             step = move_schema(memory, x, error, kappa, index, share, found)
         if learns[DIRECTIONS]:
-            learn_direction(memory, error, trust, dual, length, index, share, found)
+            learn_direction(memory, error, trust * pace_of(numbers), dual, length, index, share, found)
         if learns[MEMORY]:
             memory.drift[:] += DRIFT_RATE * (error - memory.drift)
     else:
@@ -103,7 +104,8 @@ def live(
     if numbers[HITS] > 0.0 and in_reach(memory, offset):
         flags = learns[VISIBILITY], learns[MEMORY]
         learn_visibility(memory, offset, hit, trust, *flags, phi, dual, index, share, voice, found)
-    memory.moved[:], memory.slip[:] = head - memory.head, pixel - memory.pixel
+    if learns[DIRECTIONS]:
+        learn_extent(memory, x)
     memory.felt[0], memory.felt[1], memory.head[:], memory.pixel[:] = x, goal, head, pixel
     size = 0.0
     for k in range(m):
@@ -117,7 +119,7 @@ def _calibrate(memory: Memory, x: Floats, head: Floats, command: Floats, pixel: 
     learn_bias(memory, head, command)
     learn_ends(memory, command)
     learn_speed(memory, x)
-    if learn_gain(memory, head, pixel) and is_due(memory.numbers[TURNS]):
+    if learn_gain(memory, x, head, pixel) and is_due(memory.numbers[TURNS]):
         fit_sheet(memory, aspect)
 
 
@@ -206,7 +208,7 @@ def _expected(memory: Memory, x: Floats, recent: bool, drift: bool, centre: Floa
     """Where the hand is expected at a felt posture, (m,) rad, in `centre`; the evidence around there, shape (s,)."""
     index, share = np.empty(NEAREST, np.int64), np.empty(NEAREST)
     count = int(memory.numbers[UNITS])
-    found = active(memory.units, count, x, index, share) if count else 0
+    found = active(memory.units, memory.extent, count, x, index, share) if count else 0
     share = voices(memory, index, share, found)
     phi = np.empty(memory.plane.shape[1])
     powers(x, phi)

@@ -19,6 +19,8 @@ CELLS = {1: (31,), 2: (31, 31), 3: (11, 11, 9)}
 
 #: What the metric begins with on its diagonal, and is in the mean at most.
 METRIC_MOST = 0.003
+#: What the doubt about G and C begins with on its diagonal, and is in the mean at most.
+DOUBT_MOST = 1000.0
 #: The sheet reaches so many times as far as psi's unit.
 REACH_IN_SCALES = 1.5
 #: Width of a bin of commands, rad.
@@ -26,9 +28,11 @@ BIN = 0.1
 
 #: Where single numbers stand in `Memory.numbers`: units in use; frames and hits so far; kappa_e; fast and slow average
 #: of the error of direction; fast and slow average of hits; movements from which the pixel gain learned; lambda, the
-#: average of kappa_e; and how much has been forgotten in all.
-UNITS, FRAMES, HITS, SURPRISE, FAST_ERROR, SLOW_ERROR, FAST_SIGHT, SLOW_SIGHT, TURNS, LASTING, FORGOTTEN = range(11)
-NUMBERS = 11
+#: average of kappa_e; how much has been forgotten in all; and for how many hits nothing has been a surprise.
+UNITS, FRAMES, HITS, SURPRISE, FAST_ERROR, SLOW_ERROR, FAST_SIGHT, SLOW_SIGHT, TURNS, LASTING, FORGOTTEN, CALM = range(
+    12
+)
+NUMBERS = 12
 
 
 class Memory(NamedTuple):
@@ -38,15 +42,19 @@ class Memory(NamedTuple):
         numbers: counts and averages: `UNITS`, `FRAMES` and so on say which stands where.
         shift: c, what the schema adds to a felt posture, shape (n,).
         home: mu, the mean felt posture, shape (n,).
+        middle: the mean felt posture of the first minutes, shape (n,).
+        apart: mean distance from it in the first minutes, shape (n,).
+        extent: r, in which units the map measures distances of felt postures, shape (n,).
         speed: v, speed of each arm joint, shape (n,), units a frame.
         felt: x~ and x~* of this frame, shape (2, n).
         head: y of this frame, shape (m,), rad.
         pixel: p of this frame, shape (2,), in halves of the picture's width; NaN on a miss.
-        moved: dy, how far the head has moved since the frame before, shape (m,), rad.
-        slip: dp, how far the hand has moved in the picture since then, shape (2,); NaN unless it was seen both times.
         bias: beta, sensed head posture less command, shape (m,), rad.
         stride: the longest way that each head joint was seen to go in a frame, shape (m,), rad.
         gain: G, head movement that a movement in the picture is worth, shape (m, 2), rad.
+        sway: C, head movement that a movement of the arm is worth, by the monomials but the constant one, shape
+            (m, Q - 1), rad.
+        doubt: P, how little is known of G and C, shape (Q + 1, Q + 1).
         drift: eps, what the last hits say beyond the map, shape (m,), rad.
         plane: B, of the polynomial part of the direction, shape (m, Q), rad.
         metric: M, by which the polynomial's monomials learn equally fast, shape (Q, Q).
@@ -72,15 +80,18 @@ class Memory(NamedTuple):
     numbers: Floats
     shift: Floats
     home: Floats
+    middle: Floats
+    apart: Floats
+    extent: Floats
     speed: Floats
     felt: Floats
     head: Floats
     pixel: Floats
-    moved: Floats
-    slip: Floats
     bias: Floats
     stride: Floats
     gain: Floats
+    sway: Floats
+    doubt: Floats
     drift: Floats
     plane: Floats
     metric: Floats
@@ -129,15 +140,18 @@ def fresh(robot: Robot) -> Memory:
         numbers=numbers,
         shift=np.zeros(n),
         home=np.full(n, 0.5),
+        middle=np.full(n, 0.5),
+        apart=np.full(n, 0.25),
+        extent=np.ones(n),
         speed=np.zeros(n),
         felt=np.zeros((2, n)),
         head=np.zeros(m),
         pixel=np.full(2, np.nan),
-        moved=np.zeros(m),
-        slip=np.full(2, np.nan),
         bias=np.zeros(m),
         stride=np.zeros(m),
         gain=np.zeros((m, 2)),
+        sway=np.zeros((m, _monomials(n) - 1)),
+        doubt=DOUBT_MOST * np.eye(_monomials(n) + 1),
         drift=np.zeros(m),
         plane=np.zeros((m, _monomials(n))),
         metric=METRIC_MOST * np.eye(_monomials(n)),
@@ -161,7 +175,7 @@ def fresh(robot: Robot) -> Memory:
 
 
 def packed(memory: Memory) -> tuple[Floats, Ints]:
-    """All floats and all integers of a memory, each in one array: two are handed to a kernel sooner than 31.
+    """All floats and all integers of a memory, each in one array: two are handed to a kernel sooner than 34.
 
     Returns:
         The arrays of floats in the order of `Memory`; n, m, the bins of `ends`, then `shape` and `used`.
@@ -183,15 +197,18 @@ def opened(floats: Floats, ints: Ints) -> Memory:
     numbers, at = _next(floats, 0, NUMBERS)
     shift, at = _next(floats, at, n)
     home, at = _next(floats, at, n)
+    middle, at = _next(floats, at, n)
+    apart, at = _next(floats, at, n)
+    extent, at = _next(floats, at, n)
     speed, at = _next(floats, at, n)
     felt, at = _next(floats, at, 2 * n)
     head, at = _next(floats, at, m)
     pixel, at = _next(floats, at, 2)
-    moved, at = _next(floats, at, m)
-    slip, at = _next(floats, at, 2)
     bias, at = _next(floats, at, m)
     stride, at = _next(floats, at, m)
     gain, at = _next(floats, at, 2 * m)
+    sway, at = _next(floats, at, m * (terms - 1))
+    doubt, at = _next(floats, at, (terms + 1) ** 2)
     drift, at = _next(floats, at, m)
     plane, at = _next(floats, at, m * terms)
     metric, at = _next(floats, at, terms * terms)
@@ -213,15 +230,18 @@ def opened(floats: Floats, ints: Ints) -> Memory:
         numbers,
         shift,
         home,
+        middle,
+        apart,
+        extent,
         speed,
         felt.reshape(2, n),
         head,
         pixel,
-        moved,
-        slip,
         bias,
         stride,
         gain.reshape(m, 2),
+        sway.reshape(m, terms - 1),
+        doubt.reshape(terms + 1, terms + 1),
         drift,
         plane.reshape(m, terms),
         metric.reshape(terms, terms),

@@ -9,6 +9,7 @@ import numpy as np
 from somatopy._jit import jit
 from somatopy.learners.best.directions import powers_turned, width_of
 from somatopy.learners.best.memory import (
+    CALM,
     FAST_ERROR,
     FAST_SIGHT,
     FRAMES,
@@ -21,10 +22,11 @@ from somatopy.learners.best.memory import (
 )
 from somatopy.percept import Floats, Ints
 
-__all__ = ["count_sight", "is_lost", "move_schema", "pull_schema", "surprise", "trust_of"]
+__all__ = ["count_sight", "is_lost", "move_schema", "pace_of", "pull_schema", "surprise", "trust_of"]
 
 ERROR_MOST, FAST, SLOW, CALM_HITS = 1.0, 0.01, 0.0005, 4000
 PATIENCE = 0.005
+PACE_AGE, PACE_LEAST, REJUVENATION = 4000.0, 0.2, 0.01
 FAST_SEEN, SLOW_SEEN, KNOWN_FRAMES, LOST_SHARE = 0.0033, 0.0002, 5000, 0.25
 STEP, STEP_MOST, DAMPING = 0.1, 0.05, 0.05
 PULL, HOME_RATE = 0.005, 0.0005
@@ -53,6 +55,8 @@ def surprise(numbers: Floats, error: Floats) -> None:
     fast, slow = numbers[FAST_ERROR], numbers[SLOW_ERROR]
     numbers[SURPRISE] = min(max(2.0 * (fast - 2.0 * slow) / fast, 0.0), 1.0) if fast > 0.0 else 0.0
     numbers[LASTING] += PATIENCE * (numbers[SURPRISE] - numbers[LASTING])
+    if numbers[HITS] > CALM_HITS:
+        numbers[CALM] = (numbers[CALM] + 1.0) * (1.0 - REJUVENATION * numbers[SURPRISE])
 
 
 @jit
@@ -62,6 +66,16 @@ def trust_of(numbers: Floats) -> float:
     It does not explain one that lasts, so that lambda, the average of kappa, comes near 1; then they must learn.
     """
     return float(1.0 - numbers[SURPRISE] * (1.0 - numbers[LASTING] ** 2))
+
+
+@jit
+def pace_of(numbers: Floats) -> float:
+    """How fast directions learn: 1 / (1 + h / 4,000), and .2 at least, after h hits beyond the first 4,000.
+
+    A surprise takes one percent of h with each hit. What is left of the errors after many hits is what no learning
+    takes away, and a direction is better if it is the mean over them.
+    """
+    return float(max(PACE_LEAST, 1.0 / (1.0 + numbers[CALM] / PACE_AGE)))
 
 
 @jit
@@ -107,7 +121,7 @@ def move_schema(
         for k in range(m):
             for j in range(n):
                 apart = (memory.turns[index[a], k] - turn[k]) * (memory.units[index[a], j] - middle[j])
-                slope[k, j] += share[a] * apart / width_of(n) ** 2
+                slope[k, j] += share[a] * apart / (width_of(n) * memory.extent[j]) ** 2
     step: Floats = slope.T @ np.linalg.solve(slope @ slope.T + DAMPING * np.eye(m), error)
     for j in range(n):
         step[j] = min(max(STEP * kappa * step[j], -STEP_MOST), STEP_MOST)
