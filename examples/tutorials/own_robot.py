@@ -196,8 +196,8 @@ print(f"hand seen in {stopped.summary['phases'][1]['rate']:.0%} of the damaged p
 #   the geometric eye, the tags are too small or too oblique in the picture:
 #   [what helps](../robots.md#when-the-hand-is-not-seen).
 # - Look at the servos of the head. Lookout's follow their set-points with a lag of 14 milliseconds. With `kp="20"
-#   kv="1.95"` the lag is 100 milliseconds, one and a half frames. Then `best` saw the hand in 90 percent of the first
-#   ten minutes instead of 94 (means of three seeds). [Choosing a servo](../anatomy.md#choosing-a-servo) has the
+#   kv="1.95"` the lag is 100 milliseconds, one and a half frames. Then `best` saw the hand in 93 percent of the first
+#   ten minutes instead of 95 (means of three seeds). [Choosing a servo](../anatomy.md#choosing-a-servo) has the
 #   formula.
 #
 # ## The real robot
