@@ -3,8 +3,8 @@
 somatopy run best --eye geometric --motion kinematic --learner docs.best_centring:CentringLater
 
 A learner that never does anything but look at the hand's direction (`docs.best_variants:Varied` with `centring`) hardly
-turns its head from frame to frame, and so learns too little of the pixel gain to know directions well. This one
-lives as `best` until that gain has settled.
+turns its head from frame to frame, and so may learn the pixel gain late. This one lives as `best` until that gain has
+settled.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from docs.best_variants import Varied, bowl
 from somatopy.learners.best.memory import TURNS, Memory
 from somatopy.percept import Percept, Robot
 
-SETTLED = 1600  # movements of the head from which the pixel gain has learned
+SETTLED = 1600  # frames from which the pixel gain has learned
 
 
 class CentringLater(Varied):

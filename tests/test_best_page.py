@@ -14,7 +14,7 @@ import pytest
 
 from somatopy.clock import FRAME
 from somatopy.learners import BestLearner
-from somatopy.learners.best.memory import SURPRISE
+from somatopy.learners.best.memory import CALM, SURPRISE
 from somatopy.learners.best.schema import PULL
 from somatopy.learners.best.visibility import KEPT
 from somatopy.percept import Camera, Floats, Percept, Robot, Sighting, Space
@@ -117,6 +117,21 @@ def test_without_changes_it_is_the_learner_itself(varied: Any) -> None:
     stream(one, 300), stream(other, 300)
     for name, array in memory(one).items():
         np.testing.assert_array_equal(memory(other)[name], array, err_msg=name)
+
+
+def test_variants_leave_out_the_arm_the_fine_map_and_the_pace(varied: Any) -> None:
+    """Without the arm's part G is still learned; a coarse map measures by the limits; a restless one never slows."""
+    plain, unmoved, coarse, restless = (
+        varied(ROBOT, np.random.default_rng(0), **{name: True for name in names})
+        for names in ((), ("unmoved",), ("coarse",), ("restless",))
+    )
+    restless._memory.numbers[CALM] = 1e6
+    for learner in (plain, unmoved, coarse, restless):
+        stream(learner, 300)
+    assert plain._memory.sway.any() and not unmoved._memory.sway.any() and unmoved._memory.gain.any()
+    np.testing.assert_array_equal(coarse._memory.extent, 1.0)
+    np.testing.assert_array_equal(coarse._memory.apart, plain._memory.apart)
+    assert restless._memory.numbers[CALM] == 0.0
 
 
 @pytest.mark.parametrize(

@@ -114,7 +114,7 @@ def test_gain_and_sway_are_those_of_least_squares() -> None:
 
 @pytest.mark.parametrize("moves", [True, False])
 def test_doubt_stays_symmetric_and_positive_for_an_hour(moves: bool) -> None:
-    """Whether or not the arm moves: asymmetry grows by 1 / .997 a frame, and then G would be anything."""
+    """Whether or not the arm moves: asymmetry grows by 1 / .997 a frame, and makes G useless."""
     memory, rng = still(), np.random.default_rng(0)
     x, head, truth = np.full(4, 0.5), np.zeros(2), np.array([[-0.6, 0.1], [0.0, 0.6]])
     for _ in range(54_000):

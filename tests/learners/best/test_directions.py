@@ -7,7 +7,7 @@ import pytest
 from tests.learners.best.world import robot
 
 from somatopy.clock import FRAMES_PER_MINUTE
-from somatopy.learners.best.directions import NEAREST, find_or_add, learn_extent
+from somatopy.learners.best.directions import NEAREST, active, find_or_add, learn_extent
 from somatopy.learners.best.memory import FORGOTTEN, FRAMES, MOST_UNITS, UNITS, Memory, fresh
 from somatopy.percept import Floats
 
@@ -68,7 +68,7 @@ def babbled(postures: Floats) -> Memory:
 
 
 def test_the_extent_is_six_times_how_far_postures_are_from_their_mean() -> None:
-    """Which is what it would be of their whole range for postures that are mostly in its middle; from .05 to 1."""
+    """A first guess of .25 counts as much as 300 frames; the result is held between .05 and 1."""
     spread = np.array([0.02, 0.08, 0.14, 0.0])
     postures = 0.5 + spread * np.random.default_rng(0).uniform(-1, 1, (5000, 4))
     means = np.cumsum(postures, axis=0) / np.arange(1, 5001)[:, None]
@@ -101,3 +101,15 @@ def test_an_arm_that_moves_in_a_tenth_of_its_range_gets_more_than_one_unit() -> 
     wide, narrow = (babbled(0.5 + width * rng.uniform(-0.5, 0.5, (8000, 4))) for width in (1.0, 0.1))
     assert 20 <= narrow.numbers[UNITS] < wide.numbers[UNITS]
     assert np.linalg.norm(np.ptp(narrow.units[: int(narrow.numbers[UNITS])], axis=0)) < 0.22
+
+
+def test_units_are_active_by_their_distance_in_those_lengths() -> None:
+    """As if units and posture were told in these lengths, and each were 1."""
+    rng, extent = np.random.default_rng(0), np.array([0.1, 1.0, 0.4])
+    units, x = rng.uniform(size=(300, 3)), rng.uniform(size=3)
+    index, share = np.empty((2, NEAREST), np.int64), np.empty((2, NEAREST))
+    one = active(units, extent, 300, x, index[0], share[0])
+    other = active(units / extent, np.ones(3), 300, x / extent, index[1], share[1])
+    assert one == other > 2
+    np.testing.assert_array_equal(index[0, :one], index[1, :one])
+    np.testing.assert_allclose(share[0, :one], share[1, :one], rtol=1e-9)

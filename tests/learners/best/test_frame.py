@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from tests.learners.best.test_learner import HEADS, lived
-from tests.learners.best.world import HEAD, robot
+from tests.learners.best.world import HEAD, World, live, robot
 
+from somatopy.learners import BestLearner
 from somatopy.learners.best.frame import PARTS
-from somatopy.learners.best.memory import FORGOTTEN, LASTING, SURPRISE, fresh
+from somatopy.learners.best.memory import CALM, FORGOTTEN, LASTING, SURPRISE, UNITS, fresh
 from somatopy.percept import Space
 
 
@@ -54,3 +55,38 @@ def test_before_anything_is_known_the_sheet_reaches_half_the_smallest_range() ->
     """Of the head's joints, along each axis."""
     for head, reach in zip(HEADS.values(), (1.75, 0.65, 0.35), strict=True):
         np.testing.assert_allclose(fresh(robot(2, head)).reach, reach)
+
+
+@pytest.mark.parametrize("learns", [True, False])
+def test_an_arm_that_moves_little_gets_a_finer_map_if_directions_learn(learns: bool) -> None:
+    """The learner finds out by itself how far its arm moves."""
+    learner, world = BestLearner(robot(), np.random.default_rng(0)), World(robot(), reach=0.1)
+    learner.plastic = frozenset(PARTS) - (frozenset() if learns else {"directions"})
+    live(learner, world, 2000)
+    memory = learner._memory
+    if learns:
+        assert memory.extent.max() < 0.6
+        assert memory.numbers[UNITS] > 1  # by the limits no two of its postures are as far apart as .22
+    else:
+        for name in ("middle", "apart", "extent"):
+            np.testing.assert_array_equal(getattr(memory, name), getattr(fresh(robot()), name))
+
+
+def test_only_directions_slow_down_while_all_is_calm() -> None:
+    """From one hit B and b learn a fifth as much after very many calm hits; visibility learns as much as ever."""
+    learner, world = lived(HEAD)
+    state, percept = learner.state(), world.percept(world.head)
+    while percept.sighting is None:
+        percept = world.percept(learner.predict(world.arm))
+    changes = []
+    for calm in (0.0, 1e9):
+        learner.restore(state)
+        learner._memory.numbers[CALM] = calm
+        before = learner.state()["memory"]
+        learner.observe(percept)
+        after = learner.state()["memory"]
+        changes.append({name: after[name] - before[name] for name in ("plane", "turns", "fields", "sheet", "common")})
+    fast, slow = changes
+    for name, share in (("plane", 0.2), ("turns", 0.2), ("fields", 1.0), ("sheet", 1.0), ("common", 1.0)):
+        assert fast[name].any()
+        np.testing.assert_allclose(slow[name], share * fast[name], rtol=1e-6, atol=1e-15, err_msg=name)

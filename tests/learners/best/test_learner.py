@@ -146,7 +146,10 @@ def test_frozen_it_still_acts_and_predicts_without_working_memory() -> None:
     expected = learner.predict(arm)
     hits = live(learner, world, 900)
     np.testing.assert_array_equal(learner.predict(arm), expected)
-    for name in ("plane", "metric", "turns", "fields", "common", "sheet", "gain", "shift", "bias"):
+    for name in (
+        *("plane", "metric", "turns", "fields", "common", "sheet", "shift", "bias"),
+        *("gain", "sway", "doubt", "middle", "apart", "extent"),
+    ):
         np.testing.assert_array_equal(learner.state()["memory"][name], before[name])
     assert hits.mean() > 0.5
 
@@ -213,6 +216,7 @@ def test_belief_is_the_chance_by_the_sheet_and_the_fields() -> None:
     """sigma(f + (F' phi + sum a w) . psi) at the cells of the sheet, written out; beyond it nothing is believed."""
     learner, world = lived(HEAD)
     memory, arm = learner._memory, world.rng.uniform(*world.robot.arm.limits.T)
+    memory.extent[:] = 0.4, 0.7, 1.0
     x = (arm - memory.low) / memory.span + memory.shift
     count = int(memory.numbers[0])
     squares = np.sum(((memory.units[:count] - x) / memory.extent) ** 2, axis=1)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from tests.learners.best.world import robot
 
-from somatopy.learners.best.directions import direction, dual_of, learn_direction
+from somatopy.learners.best.directions import NEAREST, active, direction, dual_of, learn_direction, powers
 from somatopy.learners.best.memory import (
     CALM,
     FAST_ERROR,
@@ -21,7 +21,8 @@ from somatopy.learners.best.memory import (
     UNITS,
     fresh,
 )
-from somatopy.learners.best.schema import count_sight, is_lost, pace_of, surprise, trust_of
+from somatopy.learners.best.schema import count_sight, is_lost, move_schema, pace_of, surprise, trust_of
+from somatopy.percept import Floats
 
 
 def test_surprise_compares_a_fast_and_a_slow_average_and_lambda_follows_it() -> None:
@@ -124,3 +125,36 @@ def test_a_direction_that_learns_slowly_is_the_mean_over_what_cannot_be_learned(
             learn_direction(memory, side - g, pace_of(memory.numbers), dual, length, own, share, 1)
         off[calm] = np.mean(found[500:])
     assert off[1e6] < 0.5 * off[0.0]
+
+
+# -- the schema's step ------------------------------------------------------------------------------------------------
+
+
+def test_the_schema_steps_along_the_slope_of_the_direction() -> None:
+    """c += clip(.1 kappa J' (J J' + .05 I)^-1 e, +-.05), where J is the slope of g, here by differences.
+
+    The arm moves unequally far in its joints. All units are active, since where units come and go, g jumps.
+    """
+    memory, rng = fresh(robot(3)), np.random.default_rng(0)
+    memory.extent[:], memory.numbers[UNITS] = (0.3, 0.6, 1.0), NEAREST
+    x = np.array([0.4, 0.6, 0.5])
+    memory.units[:NEAREST] = x + 0.1 * memory.extent * rng.uniform(-1, 1, (NEAREST, 3))
+    memory.turns[:NEAREST], memory.plane[:] = rng.normal(size=(NEAREST, 2)), rng.normal(size=memory.plane.shape)
+    index, share, phi = np.empty(NEAREST, np.int64), np.empty(NEAREST), np.empty(10)
+
+    def g(posture: Floats) -> Floats:
+        out = np.empty(2)
+        found = active(memory.units, memory.extent, NEAREST, posture, index, share)
+        assert found == NEAREST
+        powers(posture, phi)
+        direction(memory, phi, index, share, found, out)
+        return out
+
+    slope = np.column_stack([(g(x + way) - g(x - way)) / 2e-6 for way in 1e-6 * np.eye(3)])
+    g(x)
+    error = np.array([0.02, -0.03])
+    step = move_schema(memory, x, error, 0.7, index, share, NEAREST)
+    expected = 0.07 * slope.T @ np.linalg.solve(slope @ slope.T + 0.05 * np.eye(2), error)
+    assert 1e-4 < np.abs(expected).max() < 0.05
+    np.testing.assert_allclose(step, expected, rtol=1e-5)
+    np.testing.assert_allclose(np.abs(move_schema(memory, x, 1e4 * error, 0.7, index, share, NEAREST)), 0.05)

@@ -17,13 +17,15 @@ def robot(joints: int = 4, head: Space = HEAD, width: int = 320, height: int = 2
 
 
 class World:
-    """An arm that babbles, a hand that is in a direction given by the arm, and a head that is where it is told to be.
+    """An arm, a hand that is in a direction given by the arm, and a head that is where it is told to be.
 
+    The arm babbles in a share of its range, `reach`, about the middle.
     The hand is seen where it is within the picture, but for a strip that a shoulder hides.
     """
 
-    def __init__(self, robot: Robot, seed: int = 0) -> None:
-        self.robot, self.rng = robot, np.random.default_rng(seed)
+    def __init__(self, robot: Robot, seed: int = 0, reach: float = 1.0) -> None:
+        self.robot, self.rng, limits = robot, np.random.default_rng(seed), robot.arm.limits
+        self.babbled = limits if reach == 1.0 else (1 - reach) * limits.mean(axis=1)[:, None] + reach * limits
         self.mix = self.rng.normal(size=(len(robot.head), len(robot.arm))) / np.sqrt(len(robot.arm))
         self.arm, self.goal = robot.arm.limits.mean(axis=1), robot.arm.limits.mean(axis=1)
         self.head = np.zeros(len(robot.head))
@@ -31,9 +33,9 @@ class World:
 
     def percept(self, command: Floats) -> Percept:
         """What is sensed one frame after a command."""
-        limits, head_limits = self.robot.arm.limits, self.robot.head.limits
+        head_limits = self.robot.head.limits
         if self.frame % 30 == 0:
-            self.goal = self.rng.uniform(*limits.T)
+            self.goal = self.rng.uniform(*self.babbled.T)
         self.arm = self.arm + np.clip(self.goal - self.arm, -0.05, 0.05)
         clipped = np.clip(command, *head_limits.T)
         self.head = self.head + np.clip(clipped - self.head, -0.5, 0.5)

@@ -87,8 +87,8 @@ def active(units: Floats, extent: Floats, count: int, x: Floats, index: Ints, sh
 def learn_extent(memory: Memory, x: Floats) -> None:
     """r = 6 times the mean of |x~ - its mean|, from .05 to 1, over the first 5,000 frames: how far the arm moves.
 
-    It is 1, the whole range of a joint, at first. So the map begins coarse, and an arm that moves in a small part of
-    its range gets as many units as one that moves in all of it.
+    It is 1, the whole range of a joint, at first, and this first guess counts as much as 300 frames. So the map begins
+    coarse, and an arm that moves in a small part of its range gets as many units as one that moves in all of it.
 
     Args:
         memory: what the learner holds.

@@ -24,7 +24,7 @@ class BestLearner(Plastic):
     It knows no model of the robot. What it learns, frame by frame and from what it meets alone:
 
     - *calibration*: sensed head angle against command, where the body cuts commands, the arm's speed, and what a
-      movement in the picture is worth in head angles;
+      movement in the picture, or of the arm, is worth in head angles;
     - *directions*: the head posture that would centre the hand at a felt posture of the arm, as a polynomial and a map
       of units that grows;
     - *visibility*: from which offsets around that direction the hand is seen, as one logistic layer;

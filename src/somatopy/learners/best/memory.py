@@ -28,7 +28,8 @@ BIN = 0.1
 
 #: Where single numbers stand in `Memory.numbers`: units in use; frames and hits so far; kappa_e; fast and slow average
 #: of the error of direction; fast and slow average of hits; movements from which the pixel gain learned; lambda, the
-#: average of kappa_e; how much has been forgotten in all; and for how many hits nothing has been a surprise.
+#: average of kappa_e; how much has been forgotten in all; and h, the hits beyond the first 4,000, of which a
+#: surprise takes a share away.
 UNITS, FRAMES, HITS, SURPRISE, FAST_ERROR, SLOW_ERROR, FAST_SIGHT, SLOW_SIGHT, TURNS, LASTING, FORGOTTEN, CALM = range(
     12
 )
@@ -115,10 +116,10 @@ class Memory(NamedTuple):
 
 @jit
 def spacing(joints: int) -> float:
-    """How far from all units a felt posture gets one of its own, [0, 1] units.
+    """How far from all units a felt posture gets one of its own, in units of `extent`.
 
-    It is .22 for four joints, whose range some 400 units then fill. It grows with the number of joints, and beyond four
-    it grows faster, so that maps of one to eight joints stay below 1,000 units.
+    It is .22 for four joints; some 400 units then fill a cube whose sides are `extent`. It grows with the number of
+    joints, and beyond four it grows faster, so that maps of one to eight joints stay below 1,000 units.
     """
     return 0.055 * joints if joints <= 4 else 0.22 + 0.095 * (joints - 4)
 

@@ -1,4 +1,4 @@
-"""The body schema: how the felt posture is to be understood, after the body or its senses have changed."""
+"""The body schema: how the felt posture is to be understood once the body has changed; how fast directions learn."""
 
 from __future__ import annotations
 
@@ -72,8 +72,8 @@ def trust_of(numbers: Floats) -> float:
 def pace_of(numbers: Floats) -> float:
     """How fast directions learn: 1 / (1 + h / 4,000), and .2 at least, after h hits beyond the first 4,000.
 
-    A surprise takes one percent of h with each hit. What is left of the errors after many hits is what no learning
-    takes away, and a direction is better if it is the mean over them.
+    In a surprise each hit takes the share .01 kappa of h away. What is left of the errors after many hits is what no
+    learning takes away, and a direction is better if it is the mean over them.
     """
     return float(max(PACE_LEAST, 1.0 / (1.0 + numbers[CALM] / PACE_AGE)))
 

@@ -128,7 +128,7 @@ def learn_visibility(
         memory: what the learner holds.
         offset: o, gaze less where the hand is, shape (m,), rad.
         hit: whether the hand was seen.
-        trust: lambda, see `learn_direction`.
+        trust: factor of the rates, see `trust_of`.
         fields: whether f, F and w learn.
         recent: whether the working memory does.
         phi: monomials of the felt posture, shape (Q,).
