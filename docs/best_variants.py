@@ -19,7 +19,7 @@ from somatopy.learners import BestLearner
 from somatopy.learners.best.directions import NEAREST, active, direction, dual_of, powers
 from somatopy.learners.best.forgetting import voices
 from somatopy.learners.best.frame import choose
-from somatopy.learners.best.memory import CALM, HITS, LASTING, SURPRISE, UNITS, Memory
+from somatopy.learners.best.memory import CALM, HITS, KEPT_UNITS, LASTING, SURPRISE, UNITS, Memory
 from somatopy.learners.best.schema import PULL, is_lost, trust_of
 from somatopy.learners.best.visibility import KEPT, in_reach, learn_visibility
 from somatopy.percept import Floats, Percept, Robot, Sighting
@@ -62,6 +62,7 @@ class Varied(BestLearner):
         coarse: Annotated[bool, Doc("Whether the map measures distances by the limits of the joints.")] = False,
         restless: Annotated[bool, Doc("Whether directions go on learning as fast as at first.")] = False,
         steadfast: Annotated[bool, Doc("Whether it goes on trusting the schema in a surprise that lasts.")] = False,
+        fickle: Annotated[bool, Doc("Whether it keeps nothing of what it knew before a surprise.")] = False,
         ajar: Annotated[bool, Doc("Whether misses beyond the sheet teach visibility, too.")] = False,
     ) -> None:
         super().__init__(robot, rng)
@@ -76,7 +77,7 @@ class Varied(BestLearner):
             "recent": strokes * learns,
         }
         self._misses, self._schema, self._ahead, self._ajar = misses, (step, pull), ahead, ajar
-        self._alike, self._steadfast = alike, steadfast
+        self._alike, self._steadfast, self._fickle = alike, steadfast, fickle
         self._unmoved, self._coarse, self._restless = unmoved, coarse, restless
         changed = {name for name, factor in self._factors.items() if factor != 1.0 or misses != 1.0}
         self._kept = sorted(changed | {"numbers", "shift", "home", "drift", "reach", "gain", "metric"})
@@ -121,6 +122,8 @@ class Varied(BestLearner):
             memory.numbers[CALM] = 0.0
         if self._steadfast:
             memory.numbers[LASTING] = 0.0
+        if self._fickle:
+            memory.numbers[KEPT_UNITS] = 0.0
         if self._bowl is not None:
             memory.sheet[:] = self._bowl
         if self._schema != (1.0, 1.0) and "schema" in self.plastic:
@@ -152,7 +155,7 @@ class Varied(BestLearner):
         dual = np.empty(phi.size)
         dual_of(memory, phi, dual)
         voice = voices(memory, index, share, found)
-        direction(memory, phi, index, voice, found, expected)
+        direction(memory.plane, memory.turns, phi, index, voice, found, expected)
         offset = percept.head - expected - before.drift
         if not in_reach(memory, offset):
             flags = "visibility" in self.plastic, "memory" in self.plastic

@@ -67,7 +67,7 @@ def command_of(memory: Memory) -> Floats:
     found = active(memory.units, memory.extent, int(memory.numbers[UNITS]), x, index, share)
     phi, centre, command = np.empty(memory.plane.shape[1]), np.empty(2), np.empty(2)
     powers(x, phi)
-    direction(memory, phi, index, share, found, centre)
+    direction(memory.plane, memory.turns, phi, index, share, found, centre)
     field = evidence(memory, True, phi, index, share, found).reshape(31, 27)
     for axis in (0, 1):
         field = convolve1d(field, [0.25, 0.5, 0.25], axis, mode="nearest")

@@ -119,7 +119,7 @@ def test_a_direction_that_learns_slowly_is_the_mean_over_what_cannot_be_learned(
         phi, dual, own, share = np.array([1.0, 0.0, 0.0]), np.empty(3), np.zeros(1, np.int64), np.ones(1)
         found = []
         for side in rng.normal(0.0, 0.2, (3000, 2)):
-            direction(memory, phi, own, share, 1, g)
+            direction(memory.plane, memory.turns, phi, own, share, 1, g)
             found.append(np.linalg.norm(g))
             length = dual_of(memory, phi, dual)
             learn_direction(memory, side - g, pace_of(memory.numbers), dual, length, own, share, 1)
@@ -147,7 +147,7 @@ def test_the_schema_steps_along_the_slope_of_the_direction() -> None:
         found = active(memory.units, memory.extent, NEAREST, posture, index, share)
         assert found == NEAREST
         powers(posture, phi)
-        direction(memory, phi, index, share, found, out)
+        direction(memory.plane, memory.turns, phi, index, share, found, out)
         return out
 
     slope = np.column_stack([(g(x + way) - g(x - way)) / 2e-6 for way in 1e-6 * np.eye(3)])

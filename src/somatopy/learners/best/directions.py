@@ -10,6 +10,7 @@ from somatopy._jit import jit, jit_inlined
 from somatopy.learners.best.memory import (
     FORGOTTEN,
     FRAMES,
+    KEPT_UNITS,
     METRIC_MOST,
     MOST_UNITS,
     UNITS,
@@ -114,6 +115,8 @@ def find_or_add(memory: Memory, x: Floats, may_add: bool, index: Ints, share: Fl
             memory.units[place], memory.turns[place], memory.fields[place] = x, 0.0, 0.0
             memory.faded[place] = numbers[FORGOTTEN]
             numbers[UNITS] = max(count, place + 1)
+            if 2 * numbers[UNITS] > MOST_UNITS:  # it takes the place of what is kept
+                numbers[KEPT_UNITS] = 0.0
             found = active(memory.units, memory.extent, int(numbers[UNITS]), x, index, share)
     if found:
         memory.used[index[0]] = int(numbers[FRAMES])
@@ -205,14 +208,14 @@ def _learn_metric(memory: Memory, dual: Floats, length: float) -> None:
 
 
 @jit
-def direction(memory: Memory, phi: Floats, index: Ints, share: Floats, found: int, out: Floats) -> None:
+def direction(plane: Floats, turns: Floats, phi: Floats, index: Ints, share: Floats, found: int, out: Floats) -> None:
     """g = B phi + sum a_i b_i, shape (m,), rad."""
     for k in range(out.size):
         total = 0.0
         for q in range(phi.size):
-            total += memory.plane[k, q] * phi[q]
+            total += plane[k, q] * phi[q]
         for place in range(found):
-            total += share[place] * memory.turns[index[place], k]
+            total += share[place] * turns[index[place], k]
         out[k] = total
 
 

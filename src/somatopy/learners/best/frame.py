@@ -24,6 +24,7 @@ from somatopy.learners.best.directions import (
 )
 from somatopy.learners.best.forgetting import forget, voices
 from somatopy.learners.best.memory import HITS, SURPRISE, TURNS, UNITS, Memory, opened
+from somatopy.learners.best.recall import recall
 from somatopy.learners.best.schema import count_sight, is_lost, move_schema, pace_of, pull_schema, surprise, trust_of
 from somatopy.learners.best.visibility import evidence, fade, fit_sheet, in_reach, is_due, learn_visibility
 from somatopy.percept import Floats, Ints
@@ -63,9 +64,10 @@ def live(
     """
     numbers, n, m = memory.numbers, arm.size, head.size
     hit = not math.isnan(pixel[0])
-    x, goal = np.empty(n), np.empty(n)
+    posture, x, goal = np.empty(n), np.empty(n), np.empty(n)
     for j in range(n):
-        x[j] = (arm[j] - memory.low[j]) / memory.span[j] + memory.shift[j]
+        posture[j] = (arm[j] - memory.low[j]) / memory.span[j]
+        x[j] = posture[j] + memory.shift[j]
         goal[j] = (target[j] - memory.low[j]) / memory.span[j] + memory.shift[j]
     if learns[CALIBRATION]:
         _calibrate(memory, x, head, command, pixel, aspect)
@@ -80,7 +82,7 @@ def live(
     powers(x, phi)
     dual = np.empty(phi.size)
     length = dual_of(memory, phi, dual)
-    direction(memory, phi, index, voice, found, expected)
+    direction(memory.plane, memory.turns, phi, index, voice, found, expected)
     count_sight(numbers, hit)
     wrong = 1.0 if is_lost(numbers) else kappa
     offset, error, step = head - expected - memory.drift, np.full(m, np.nan), np.zeros(n)
@@ -106,6 +108,10 @@ def live(
         learn_visibility(memory, offset, hit, trust, *flags, phi, dual, index, share, voice, found)
     if learns[DIRECTIONS]:
         learn_extent(memory, x)
+    all_learn = learns[SCHEMA] and learns[DIRECTIONS] and learns[VISIBILITY]
+    if hit and all_learn and recall(memory, posture, expected + error, error):
+        goal += posture + memory.shift - x
+        x[:] = posture + memory.shift
     memory.felt[0], memory.felt[1], memory.head[:], memory.pixel[:] = x, goal, head, pixel
     size = 0.0
     for k in range(m):
@@ -212,7 +218,7 @@ def _expected(memory: Memory, x: Floats, recent: bool, drift: bool, centre: Floa
     share = voices(memory, index, share, found)
     phi = np.empty(memory.plane.shape[1])
     powers(x, phi)
-    direction(memory, phi, index, share, found, centre)
+    direction(memory.plane, memory.turns, phi, index, share, found, centre)
     if drift:
         centre += memory.drift
     return evidence(memory, recent, phi, index, share, found)

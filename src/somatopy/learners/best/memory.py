@@ -28,12 +28,14 @@ BIN = 0.1
 
 #: Where single numbers stand in `Memory.numbers`: units in use; frames and hits so far; kappa_e; fast and slow average
 #: of the error of direction; fast and slow average of hits; movements from which the pixel gain learned; lambda, the
-#: average of kappa_e; how much has been forgotten in all; and h, the hits beyond the first 4,000, of which a
-#: surprise takes a share away.
+#: average of kappa_e; how much has been forgotten in all; h, the hits beyond the first 4,000, of which a surprise takes
+#: a share away; units that are kept; whether something was kept in this surprise; and for how many hits of it what is
+#: kept has been tried, with the average errors of what is kept and of what is known.
 UNITS, FRAMES, HITS, SURPRISE, FAST_ERROR, SLOW_ERROR, FAST_SIGHT, SLOW_SIGHT, TURNS, LASTING, FORGOTTEN, CALM = range(
     12
 )
-NUMBERS = 12
+KEPT_UNITS, KEPT, TRIED, KEPT_ERROR, KNOWN_ERROR = range(12, 17)
+NUMBERS = 17
 
 
 class Memory(NamedTuple):
@@ -59,7 +61,16 @@ class Memory(NamedTuple):
         drift: eps, what the last hits say beyond the map, shape (m,), rad.
         plane: B, of the polynomial part of the direction, shape (m, Q), rad.
         metric: M, by which the polynomial's monomials learn equally fast, shape (Q, Q).
-        units: where units stand among felt postures, shape (U, n).
+        calm_shift: c in the last calm hit, shape (n,).
+        calm_plane: B then, shape (m, Q), rad.
+        calm_common: F then, shape (Q, P).
+        calm_sway: C then, shape (m, Q - 1), rad.
+        kept_shift: c of what is kept, shape (n,).
+        kept_plane: B of what is kept, shape (m, Q), rad.
+        kept_metric: M of what is kept, shape (Q, Q).
+        kept_common: F of what is kept, shape (Q, P).
+        kept_sway: C of what is kept, shape (m, Q - 1), rad.
+        units: where units stand among felt postures, shape (U, n). Units that are kept stand at the end.
         turns: b, of the units' part of the direction, shape (U, m), rad.
         fields: w, what of visibility is each unit's own, shape (U, P).
         common: F, what of visibility changes smoothly with the posture, shape (Q, P).
@@ -96,6 +107,15 @@ class Memory(NamedTuple):
     drift: Floats
     plane: Floats
     metric: Floats
+    calm_shift: Floats
+    calm_plane: Floats
+    calm_common: Floats
+    calm_sway: Floats
+    kept_shift: Floats
+    kept_plane: Floats
+    kept_metric: Floats
+    kept_common: Floats
+    kept_sway: Floats
     units: Floats
     turns: Floats
     fields: Floats
@@ -156,6 +176,15 @@ def fresh(robot: Robot) -> Memory:
         drift=np.zeros(m),
         plane=np.zeros((m, _monomials(n))),
         metric=METRIC_MOST * np.eye(_monomials(n)),
+        calm_shift=np.zeros(n),
+        calm_plane=np.zeros((m, _monomials(n))),
+        calm_common=np.zeros((_monomials(n), _monomials(m))),
+        calm_sway=np.zeros((m, _monomials(n) - 1)),
+        kept_shift=np.zeros(n),
+        kept_plane=np.zeros((m, _monomials(n))),
+        kept_metric=np.zeros((_monomials(n), _monomials(n))),
+        kept_common=np.zeros((_monomials(n), _monomials(m))),
+        kept_sway=np.zeros((m, _monomials(n) - 1)),
         units=np.zeros((MOST_UNITS, n)),
         turns=np.zeros((MOST_UNITS, m)),
         fields=np.zeros((MOST_UNITS, _monomials(m))),
@@ -176,7 +205,7 @@ def fresh(robot: Robot) -> Memory:
 
 
 def packed(memory: Memory) -> tuple[Floats, Ints]:
-    """All floats and all integers of a memory, each in one array: two are handed to a kernel sooner than 34.
+    """All floats and all integers of a memory, each in one array: two are handed to a kernel sooner than 43.
 
     Returns:
         The arrays of floats in the order of `Memory`; n, m, the bins of `ends`, then `shape` and `used`.
@@ -213,6 +242,15 @@ def opened(floats: Floats, ints: Ints) -> Memory:
     drift, at = _next(floats, at, m)
     plane, at = _next(floats, at, m * terms)
     metric, at = _next(floats, at, terms * terms)
+    calm_shift, at = _next(floats, at, n)
+    calm_plane, at = _next(floats, at, m * terms)
+    calm_common, at = _next(floats, at, terms * monomials)
+    calm_sway, at = _next(floats, at, m * (terms - 1))
+    kept_shift, at = _next(floats, at, n)
+    kept_plane, at = _next(floats, at, m * terms)
+    kept_metric, at = _next(floats, at, terms * terms)
+    kept_common, at = _next(floats, at, terms * monomials)
+    kept_sway, at = _next(floats, at, m * (terms - 1))
     units, at = _next(floats, at, MOST_UNITS * n)
     turns, at = _next(floats, at, MOST_UNITS * m)
     fields, at = _next(floats, at, MOST_UNITS * monomials)
@@ -246,6 +284,15 @@ def opened(floats: Floats, ints: Ints) -> Memory:
         drift,
         plane.reshape(m, terms),
         metric.reshape(terms, terms),
+        calm_shift,
+        calm_plane.reshape(m, terms),
+        calm_common.reshape(terms, monomials),
+        calm_sway.reshape(m, terms - 1),
+        kept_shift,
+        kept_plane.reshape(m, terms),
+        kept_metric.reshape(terms, terms),
+        kept_common.reshape(terms, monomials),
+        kept_sway.reshape(m, terms - 1),
         units.reshape(MOST_UNITS, n),
         turns.reshape(MOST_UNITS, m),
         fields.reshape(MOST_UNITS, monomials),

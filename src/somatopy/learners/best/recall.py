@@ -1,0 +1,142 @@
+"""Recall: what was known before a surprise is kept, and comes back when it explains again what is seen."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from somatopy._jit import jit
+from somatopy.learners.best.directions import NEAREST, active, direction, powers
+from somatopy.learners.best.memory import (
+    FAST_ERROR,
+    FORGOTTEN,
+    KEPT,
+    KEPT_ERROR,
+    KEPT_UNITS,
+    KNOWN_ERROR,
+    LASTING,
+    MOST_UNITS,
+    SLOW_ERROR,
+    SURPRISE,
+    TRIED,
+    UNITS,
+    Memory,
+)
+from somatopy.learners.best.schema import ERROR_MOST
+from somatopy.percept import Floats
+
+__all__ = ["recall"]
+
+KEEP_ABOVE, OVER_BELOW = 0.2, 0.1
+TRIED_LEAST, TRIED_RATE, BETTER = 30, 0.05, 0.5
+
+
+@jit
+def recall(memory: Memory, posture: Floats, hand: Floats, error: Floats) -> bool:
+    """After a hit: keep what is known if a surprise lasts, and exchange it for what is kept if that is twice as good.
+
+    What is known is kept when lambda exceeds .2, once in a surprise; a surprise is over when lambda is below .1. While
+    kappa is above 0, averages are taken of |e| and of the error that what is kept would have made. If after 30 hits or
+    more the latter is less than half of the former, the two change places, and the surprise is over. This is the
+    choice among paired models by their errors of Wolpert and Kawato (1998), between two of them.
+
+    Args:
+        memory: what the learner holds.
+        posture: sensed arm posture in [0, 1] units, without c, shape (n,).
+        hand: Y, the head posture that would centre the hand, shape (m,), rad.
+        error: e, where the hand was less where it was expected, shape (m,), rad.
+
+    Returns:
+        Whether what was kept is known again.
+    """
+    numbers = memory.numbers
+    if numbers[SURPRISE] == 0.0:
+        numbers[TRIED] = 0.0
+        if numbers[LASTING] < OVER_BELOW:
+            _remember(memory)
+    elif numbers[KEPT_UNITS] > 0.0:
+        _try(memory, posture, hand, error)
+        if numbers[TRIED] >= TRIED_LEAST and numbers[KEPT_ERROR] < BETTER * numbers[KNOWN_ERROR]:
+            _exchange(memory)
+            return True
+    if numbers[LASTING] < OVER_BELOW:
+        numbers[KEPT] = 0.0
+    elif numbers[LASTING] > KEEP_ABOVE and numbers[KEPT] == 0.0:
+        _keep(memory)
+    return False
+
+
+@jit
+def _remember(memory: Memory) -> None:
+    """What all postures share, as it is in a calm hit; a surprise changes it before it is known to last."""
+    memory.calm_shift[:], memory.calm_plane[:] = memory.shift, memory.plane
+    memory.calm_common[:], memory.calm_sway[:] = memory.common, memory.sway
+
+
+@jit
+def _try(memory: Memory, posture: Floats, hand: Floats, error: Floats) -> None:
+    """One more hit in the averages of both errors."""
+    numbers, first = memory.numbers, MOST_UNITS - int(memory.numbers[KEPT_UNITS])
+    index, share = np.empty(NEAREST, np.int64), np.empty(NEAREST)
+    x, phi, expected = posture + memory.kept_shift, np.empty(memory.plane.shape[1]), np.empty(hand.size)
+    found = active(memory.units[first:], memory.extent, MOST_UNITS - first, x, index, share)
+    powers(x, phi)
+    direction(memory.kept_plane, memory.turns[first:], phi, index, share, found, expected)
+    numbers[TRIED] += 1.0
+    rate = max(TRIED_RATE, 1.0 / numbers[TRIED])
+    numbers[KEPT_ERROR] += rate * (_size(hand - expected) - numbers[KEPT_ERROR])
+    numbers[KNOWN_ERROR] += rate * (_size(error) - numbers[KNOWN_ERROR])
+
+
+@jit
+def _size(error: Floats) -> float:
+    return float(min(math.sqrt(np.sum(error**2)), ERROR_MOST))
+
+
+@jit
+def _keep(memory: Memory) -> None:
+    """Copy what is known; units to the end of the map, the first of them last. There is no room if it is half full."""
+    numbers, count = memory.numbers, int(memory.numbers[UNITS])
+    numbers[KEPT], numbers[TRIED] = 1.0, 0.0
+    numbers[KEPT_UNITS] = count if 2 * count <= MOST_UNITS else 0
+    for unit in range(int(numbers[KEPT_UNITS])):
+        place, voice = MOST_UNITS - 1 - unit, math.exp(memory.faded[unit] - numbers[FORGOTTEN])
+        memory.units[place], memory.used[place] = memory.units[unit], memory.used[unit]
+        memory.turns[place], memory.fields[place] = voice * memory.turns[unit], voice * memory.fields[unit]
+    memory.kept_shift[:], memory.kept_plane[:] = memory.calm_shift, memory.calm_plane
+    memory.kept_common[:], memory.kept_sway[:] = memory.calm_common, memory.calm_sway
+    memory.kept_metric[:] = memory.metric
+
+
+@jit
+def _exchange(memory: Memory) -> None:
+    """What is known and what is kept change places; the surprise, and what the last hits said, are over."""
+    numbers = memory.numbers
+    count, kept = numbers[UNITS], numbers[KEPT_UNITS]
+    for unit in range(int(max(count, kept))):
+        place = MOST_UNITS - 1 - unit
+        voice = math.exp(memory.faded[unit] - numbers[FORGOTTEN])
+        memory.turns[unit], memory.fields[unit] = voice * memory.turns[unit], voice * memory.fields[unit]
+        memory.faded[unit] = numbers[FORGOTTEN]
+        memory.used[unit], memory.used[place] = memory.used[place], memory.used[unit]
+        _swap(memory.units[unit], memory.units[place])
+        _swap(memory.turns[unit], memory.turns[place])
+        _swap(memory.fields[unit], memory.fields[place])
+    numbers[UNITS], numbers[KEPT_UNITS] = kept, count
+    memory.shift[:], memory.plane[:] = memory.kept_shift, memory.kept_plane
+    memory.common[:], memory.sway[:] = memory.kept_common, memory.kept_sway
+    memory.kept_shift[:], memory.kept_plane[:] = memory.calm_shift, memory.calm_plane
+    memory.kept_common[:], memory.kept_sway[:] = memory.calm_common, memory.calm_sway
+    _swap(memory.metric.ravel(), memory.kept_metric.ravel())
+    _remember(memory)
+    memory.drift[:] = 0.0
+    numbers[FAST_ERROR] = numbers[SLOW_ERROR]
+    numbers[SURPRISE], numbers[LASTING], numbers[KEPT], numbers[TRIED] = 0.0, 0.0, 0.0, 0.0
+
+
+@jit
+def _swap(a: Floats, b: Floats) -> None:
+    """Exchange what two arrays hold, shape (k,)."""
+    for i in range(a.size):
+        a[i], b[i] = b[i], a[i]
