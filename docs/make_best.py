@@ -213,6 +213,30 @@ def lasting(found: Found) -> str:
     return "\n" + rows(("", "seeds", *head), body) + "\n"
 
 
+def undone(found: Found) -> str:
+    """What comes back once a damage is undone, with what was known before it and without."""
+    body = []
+    for study, called in ((PARTS, "mechanical"), (WIDE, "`paper-wide`")):
+        for damage in ("permuted", "swapped") if study in found else ():
+            names = (f"{damage}, undone", f"{damage}, undone, keeps nothing")
+            shares, waits = ([found[study].values(name, c, 2) for name in names] for c in MEASURES_UNDONE)
+            if shares[0]:
+                cells = [cell for share, wait in zip(shares, waits, strict=True) for cell in back(share, wait)]
+                body.append([f"{called}, {damage}", str(len(shares[0])), *cells])
+    head = [f"{one}{without}" for without in ("", " without step 9") for one in ("first minute, %", "back within one")]
+    return "\n" + rows(("", "seeds", *head), body) + "\n"
+
+
+#: Columns of the table of cells: the first minute as a share of the level before, and minutes to 95 % of that.
+MEASURES_UNDONE = ("retention", "retention_minutes")
+
+
+def back(shares: BySeed, waits: BySeed) -> tuple[str, str]:
+    """The share of the level before that is back in the first minute, and in how many runs 95 % of it are."""
+    soon = sum(wait <= 1 for wait in waits.values())
+    return level({seed: 100 * share for seed, share in shares.items()}), f"{soon} of {len(shares)}"
+
+
 #: What is looked at, the conditions of the usual rates and of slow ones, and when.
 SLOW = (
     ("before the damage, minutes 5 to 10", FULL, "learns slowly", SECOND),
@@ -373,6 +397,7 @@ BLOCKS: dict[str, Callable[[Found], str]] = {
     "parts": parts,
     "plastic": plastic,
     "lasting": lasting,
+    "undone": undone,
     "dead": dead,
     "rates": rates,
     "late": late,

@@ -111,6 +111,8 @@ class Stumbles(FixedGaze):
         self.left -= 1
         if not self.left and self.bad == 0.0:
             raise KeyError("effort")
+        if not self.left and self.bad == 9.0:
+            sys.exit()
         return np.full(2, self.bad if not self.left else 0.0)
 
 
@@ -118,6 +120,7 @@ class Stumbles(FixedGaze):
     ("gaze", "error", "notes"),
     [
         (0.0, KeyError, [r"This came after 7 frames, in line \d+ of test_api\.py\.", "kept.*somatopy resume .*/out$"]),
+        (9.0, RuntimeError, [r"This came after 7 frames, in line \d+ of test_api\.py\.", "somatopy resume .*/out$"]),
         (np.nan, ValueError, ["learner '.*' gives the head's target", "after 7 frames", "somatopy resume"]),
     ],
 )

@@ -76,7 +76,7 @@ def test_what_cannot_be_renamed_leaves_what_was_there(tmp_path: Path) -> None:
     """A folder stands in the place: it stays as it is, and nothing is left aside."""
     (tmp_path / "file").mkdir()
     (tmp_path / "file" / "inside").write_text("x")
-    with pytest.raises(OSError):
+    with pytest.raises(IsADirectoryError, match=r"Move it away: .*file"):
         write_whole(tmp_path / "file", "new")
     assert names(tmp_path) == ["file"] and names(tmp_path / "file") == ["inside"]
 

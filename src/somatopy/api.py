@@ -255,10 +255,13 @@ def play(
         raise Interrupted(_broken_off(session, folder, named), *came[:1]) from None
     except DescriptionError:
         raise
-    except Exception as error:
-        error.add_note(f"This came after {_counted(session.done)}{line_of(error)}.")
+    except (Exception, SystemExit) as cause:
+        error = RuntimeError("A part called sys.exit") if isinstance(cause, SystemExit) else cause
+        error.add_note(f"This came after {_counted(session.done)}{line_of(cause)}.")
         if session.resumable and (folder.path / CHECKPOINT).exists():
             error.add_note(f"What was recorded is kept. Once the cause is mended, {_go_on(named, 'go on')}")
+        if error is not cause:
+            raise error from cause
         raise
     if session.done < session.description.frames:
         raise Interrupted(f"Interrupted after {_counted(session.done)}. {_go_on(named)}", *came[:1])

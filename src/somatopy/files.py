@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import secrets
@@ -62,6 +63,8 @@ def _aside(path: Path) -> Iterator[IO[bytes]]:
             yield file
             file.flush()
             os.fsync(file.fileno())
+        if path.is_dir():
+            raise IsADirectoryError(errno.EISDIR, "A folder has the name of the file. Move it away", str(path))
         os.replace(aside, path)
     except BaseException:
         aside.unlink(missing_ok=True)
