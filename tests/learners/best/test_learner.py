@@ -40,8 +40,7 @@ def test_it_is_at_most_150_kb() -> None:
 OWN = {"units", "turns", "fields", "faded", "used"}
 SHARED = {"numbers", "shift", "home", "speed", "felt", "head", "pixel", "bias", "stride", "gain", "drift", "plane"}
 SHARED |= {"middle", "apart", "extent", "sway", "doubt", "metric", "common", "sheet", "recent", "asked", "ends"}
-SHARED |= {f"{when}_{name}" for when in ("calm", "kept") for name in ("shift", "plane", "common", "sway")}
-SHARED |= {"kept_metric"}
+SHARED |= {"calm", "kept"}
 FITTED = {"reach", "scale"}  # with the pixel gain, and the sheet and all fields with them
 MADE = {"shape", "limits", "low", "span"}
 

@@ -67,7 +67,7 @@ def keep(memory: Memory) -> None:
 def exchange(memory: Memory) -> int:
     """Let all go wrong, although what is kept knows better; after so many hits it is known again."""
     memory.numbers[[SURPRISE, LASTING]] = 1.0, 0.15
-    x = HIT[0] + memory.kept_shift
+    x = HIT[0] + memory.kept[:4]
     for hits in range(1, 100):
         hand = expected_of_kept(memory, x)
         if recall(memory, HIT[0], hand, np.array([0.5, 0.5])):
@@ -120,7 +120,7 @@ def test_what_is_kept_must_be_twice_as_good() -> None:
     for known, comes in ((0.39, False), (0.41, True)):
         memory = knowing(0)
         keep(memory)
-        hand = expected_of_kept(memory, HIT[0] + memory.kept_shift) + np.array([0.2, 0.0])
+        hand = expected_of_kept(memory, HIT[0] + memory.kept[:4]) + np.array([0.2, 0.0])
         came = [recall(memory, HIT[0], hand, np.array([0.0, known])) for _ in range(500)]
         assert any(came) == comes
 
@@ -129,17 +129,17 @@ def test_a_surprise_keeps_what_was_known_once() -> None:
     """Not what was half forgotten later in it. The next surprise keeps anew."""
     memory = knowing(0)
     keep(memory)
-    plane = memory.kept_plane.copy()
+    kept = memory.kept.copy()
     memory.plane[:] += 1.0
     memory.numbers[[SURPRISE, LASTING]] = 0.0, 0.9
     recall(memory, *HIT, np.zeros(2))
     memory.numbers[SURPRISE] = 0.9
     recall(memory, *HIT, np.zeros(2))
-    np.testing.assert_array_equal(memory.kept_plane, plane)
+    np.testing.assert_array_equal(memory.kept, kept)
     memory.numbers[[SURPRISE, LASTING]] = 0.0, 0.05
     recall(memory, *HIT, np.zeros(2))
     keep(memory)
-    np.testing.assert_array_equal(memory.kept_plane, plane + 1.0)
+    np.testing.assert_array_equal(memory.kept[4:34], kept[4:34] + 1.0)
 
 
 def test_calm_changes_nothing_that_is_known() -> None:
@@ -148,9 +148,7 @@ def test_calm_changes_nothing_that_is_known() -> None:
     disturb(memory)
     before = memory._replace(**{name: array.copy() for name, array in memory._asdict().items()})
     assert not recall(memory, *HIT, np.ones(2))
-    for name in SHARED:
-        np.testing.assert_array_equal(getattr(memory, f"calm_{name}"), getattr(before, name))
-        getattr(before, f"calm_{name}")[:] = getattr(before, name)
+    before.calm[:] = np.concatenate([getattr(memory, name).ravel() for name in ("shift", "plane", "common", "sway")])
     for old, now in zip(packed(before), packed(memory), strict=True):
         np.testing.assert_array_equal(old, now)
 
@@ -216,8 +214,8 @@ def test_a_frozen_part_keeps_all_from_coming_back() -> None:
     live(learner, world, 2000)
     keep(learner._memory)
     learner.plastic = frozenset(learner.parts) - {"visibility"}
-    plane = learner._memory.kept_plane.copy()
+    kept = learner._memory.kept.copy()
     for _ in range(100):
         learner._memory.numbers[[SURPRISE, KEPT_ERROR, KNOWN_ERROR, TRIED]] = 1.0, 0.0, 1.0, 50
         live(learner, world, 1)
-    np.testing.assert_array_equal(learner._memory.kept_plane, plane)
+    np.testing.assert_array_equal(learner._memory.kept, kept)

@@ -61,15 +61,8 @@ class Memory(NamedTuple):
         drift: eps, what the last hits say beyond the map, shape (m,), rad.
         plane: B, of the polynomial part of the direction, shape (m, Q), rad.
         metric: M, by which the polynomial's monomials learn equally fast, shape (Q, Q).
-        calm_shift: c in the last calm hit, shape (n,).
-        calm_plane: B then, shape (m, Q), rad.
-        calm_common: F then, shape (Q, P).
-        calm_sway: C then, shape (m, Q - 1), rad.
-        kept_shift: c of what is kept, shape (n,).
-        kept_plane: B of what is kept, shape (m, Q), rad.
-        kept_metric: M of what is kept, shape (Q, Q).
-        kept_common: F of what is kept, shape (Q, P).
-        kept_sway: C of what is kept, shape (m, Q - 1), rad.
+        calm: c, B, F and C one after the other as they were in the last calm hit, shape (n + m Q + Q P + m (Q - 1),).
+        kept: the same of what is kept, then M, shape (that + Q^2,).
         units: where units stand among felt postures, shape (U, n). Units that are kept stand at the end.
         turns: b, of the units' part of the direction, shape (U, m), rad.
         fields: w, what of visibility is each unit's own, shape (U, P).
@@ -107,15 +100,8 @@ class Memory(NamedTuple):
     drift: Floats
     plane: Floats
     metric: Floats
-    calm_shift: Floats
-    calm_plane: Floats
-    calm_common: Floats
-    calm_sway: Floats
-    kept_shift: Floats
-    kept_plane: Floats
-    kept_metric: Floats
-    kept_common: Floats
-    kept_sway: Floats
+    calm: Floats
+    kept: Floats
     units: Floats
     turns: Floats
     fields: Floats
@@ -176,15 +162,8 @@ def fresh(robot: Robot) -> Memory:
         drift=np.zeros(m),
         plane=np.zeros((m, _monomials(n))),
         metric=METRIC_MOST * np.eye(_monomials(n)),
-        calm_shift=np.zeros(n),
-        calm_plane=np.zeros((m, _monomials(n))),
-        calm_common=np.zeros((_monomials(n), _monomials(m))),
-        calm_sway=np.zeros((m, _monomials(n) - 1)),
-        kept_shift=np.zeros(n),
-        kept_plane=np.zeros((m, _monomials(n))),
-        kept_metric=np.zeros((_monomials(n), _monomials(n))),
-        kept_common=np.zeros((_monomials(n), _monomials(m))),
-        kept_sway=np.zeros((m, _monomials(n) - 1)),
+        calm=np.zeros(_shared(n, m)),
+        kept=np.zeros(_shared(n, m) + _monomials(n) ** 2),
         units=np.zeros((MOST_UNITS, n)),
         turns=np.zeros((MOST_UNITS, m)),
         fields=np.zeros((MOST_UNITS, _monomials(m))),
@@ -205,7 +184,7 @@ def fresh(robot: Robot) -> Memory:
 
 
 def packed(memory: Memory) -> tuple[Floats, Ints]:
-    """All floats and all integers of a memory, each in one array: two are handed to a kernel sooner than 43.
+    """All floats and all integers of a memory, each in one array: two are handed to a kernel sooner than 35.
 
     Returns:
         The arrays of floats in the order of `Memory`; n, m, the bins of `ends`, then `shape` and `used`.
@@ -242,15 +221,8 @@ def opened(floats: Floats, ints: Ints) -> Memory:
     drift, at = _next(floats, at, m)
     plane, at = _next(floats, at, m * terms)
     metric, at = _next(floats, at, terms * terms)
-    calm_shift, at = _next(floats, at, n)
-    calm_plane, at = _next(floats, at, m * terms)
-    calm_common, at = _next(floats, at, terms * monomials)
-    calm_sway, at = _next(floats, at, m * (terms - 1))
-    kept_shift, at = _next(floats, at, n)
-    kept_plane, at = _next(floats, at, m * terms)
-    kept_metric, at = _next(floats, at, terms * terms)
-    kept_common, at = _next(floats, at, terms * monomials)
-    kept_sway, at = _next(floats, at, m * (terms - 1))
+    calm, at = _next(floats, at, _shared(n, m))
+    kept, at = _next(floats, at, _shared(n, m) + terms * terms)
     units, at = _next(floats, at, MOST_UNITS * n)
     turns, at = _next(floats, at, MOST_UNITS * m)
     fields, at = _next(floats, at, MOST_UNITS * monomials)
@@ -284,15 +256,8 @@ def opened(floats: Floats, ints: Ints) -> Memory:
         drift,
         plane.reshape(m, terms),
         metric.reshape(terms, terms),
-        calm_shift,
-        calm_plane.reshape(m, terms),
-        calm_common.reshape(terms, monomials),
-        calm_sway.reshape(m, terms - 1),
-        kept_shift,
-        kept_plane.reshape(m, terms),
-        kept_metric.reshape(terms, terms),
-        kept_common.reshape(terms, monomials),
-        kept_sway.reshape(m, terms - 1),
+        calm,
+        kept,
         units.reshape(MOST_UNITS, n),
         turns.reshape(MOST_UNITS, m),
         fields.reshape(MOST_UNITS, monomials),
@@ -322,3 +287,9 @@ def _next(floats: Floats, at: int, count: int) -> tuple[Floats, int]:
 def _monomials(variables: int) -> int:
     """How many monomials of degree 0 to 2 there are."""
     return (variables + 1) * (variables + 2) // 2
+
+
+@jit_inlined
+def _shared(n: int, m: int) -> int:
+    """How many numbers c, B, F and C are together."""
+    return n + m * _monomials(n) + _monomials(n) * _monomials(m) + m * (_monomials(n) - 1)

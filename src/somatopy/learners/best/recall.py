@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from somatopy._jit import jit
+from somatopy._jit import jit, jit_inlined
 from somatopy.learners.best.directions import NEAREST, active, direction, powers
 from somatopy.learners.best.memory import (
     FAST_ERROR,
@@ -70,8 +70,18 @@ def recall(memory: Memory, posture: Floats, hand: Floats, error: Floats) -> bool
 @jit
 def _remember(memory: Memory) -> None:
     """What all postures share, as it is in a calm hit; a surprise changes it before it is known to last."""
-    memory.calm_shift[:], memory.calm_plane[:] = memory.shift, memory.plane
-    memory.calm_common[:], memory.calm_sway[:] = memory.common, memory.sway
+    at = _copy(memory.shift, memory.calm, 0)
+    at = _copy(memory.plane.ravel(), memory.calm, at)
+    at = _copy(memory.common.ravel(), memory.calm, at)
+    _copy(memory.sway.ravel(), memory.calm, at)
+
+
+@jit_inlined
+def _copy(part: Floats, into: Floats, at: int) -> int:
+    """Copy a part, shape (k,), to a place on; the place after it."""
+    for i in range(part.size):
+        into[at + i] = part[i]
+    return at + int(part.size)
 
 
 @jit
@@ -79,10 +89,11 @@ def _try(memory: Memory, posture: Floats, hand: Floats, error: Floats) -> None:
     """One more hit in the averages of both errors."""
     numbers, first = memory.numbers, MOST_UNITS - int(memory.numbers[KEPT_UNITS])
     index, share = np.empty(NEAREST, np.int64), np.empty(NEAREST)
-    x, phi, expected = posture + memory.kept_shift, np.empty(memory.plane.shape[1]), np.empty(hand.size)
+    n, phi, expected = posture.size, np.empty(memory.plane.shape[1]), np.empty(hand.size)
+    x, plane = posture + memory.kept[:n], memory.kept[n : n + memory.plane.size].reshape(memory.plane.shape)
     found = active(memory.units[first:], memory.extent, MOST_UNITS - first, x, index, share)
     powers(x, phi)
-    direction(memory.kept_plane, memory.turns[first:], phi, index, share, found, expected)
+    direction(plane, memory.turns[first:], phi, index, share, found, expected)
     numbers[TRIED] += 1.0
     rate = max(TRIED_RATE, 1.0 / numbers[TRIED])
     numbers[KEPT_ERROR] += rate * (_size(hand - expected) - numbers[KEPT_ERROR])
@@ -104,9 +115,7 @@ def _keep(memory: Memory) -> None:
         place, voice = MOST_UNITS - 1 - unit, math.exp(memory.faded[unit] - numbers[FORGOTTEN])
         memory.units[place], memory.used[place] = memory.units[unit], memory.used[unit]
         memory.turns[place], memory.fields[place] = voice * memory.turns[unit], voice * memory.fields[unit]
-    memory.kept_shift[:], memory.kept_plane[:] = memory.calm_shift, memory.calm_plane
-    memory.kept_common[:], memory.kept_sway[:] = memory.calm_common, memory.calm_sway
-    memory.kept_metric[:] = memory.metric
+    _copy(memory.metric.ravel(), memory.kept, _copy(memory.calm, memory.kept, 0))
 
 
 @jit
@@ -124,12 +133,12 @@ def _exchange(memory: Memory) -> None:
         _swap(memory.turns[unit], memory.turns[place])
         _swap(memory.fields[unit], memory.fields[place])
     numbers[UNITS], numbers[KEPT_UNITS] = kept, count
-    memory.shift[:], memory.plane[:] = memory.kept_shift, memory.kept_plane
-    memory.common[:], memory.sway[:] = memory.kept_common, memory.kept_sway
-    memory.kept_shift[:], memory.kept_plane[:] = memory.calm_shift, memory.calm_plane
-    memory.kept_common[:], memory.kept_sway[:] = memory.calm_common, memory.calm_sway
-    _swap(memory.metric.ravel(), memory.kept_metric.ravel())
-    _remember(memory)
+    _swap(memory.calm, memory.kept)
+    at = memory.calm.size
+    _swap(memory.metric.ravel(), memory.kept[at:])
+    for part in (memory.sway.ravel(), memory.common.ravel(), memory.plane.ravel(), memory.shift):
+        at -= part.size
+        part[:] = memory.calm[at : at + part.size]
     memory.drift[:] = 0.0
     numbers[FAST_ERROR] = numbers[SLOW_ERROR]
     numbers[SURPRISE], numbers[LASTING], numbers[KEPT], numbers[TRIED] = 0.0, 0.0, 0.0, 0.0
