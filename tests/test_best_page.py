@@ -14,7 +14,7 @@ import pytest
 
 from somatopy.clock import FRAME
 from somatopy.learners import BestLearner
-from somatopy.learners.best.memory import CALM, SURPRISE
+from somatopy.learners.best.memory import CALM, KEPT_UNITS, LASTING, SURPRISE, UNITS
 from somatopy.learners.best.schema import PULL
 from somatopy.learners.best.visibility import KEPT
 from somatopy.percept import Camera, Floats, Percept, Robot, Sighting, Space
@@ -249,3 +249,13 @@ def test_with_the_gate_ajar_far_misses_teach_too(varied: Any, lived: Any) -> Non
     shut.observe(away), ajar.observe(away)
     np.testing.assert_array_equal(memory(shut)["fields"], before)
     assert np.abs(memory(ajar)["fields"] - before).max() > 1e-6
+
+
+def test_one_that_is_fickle_keeps_nothing(varied: Any, lived: tuple[BestLearner, list[Percept]]) -> None:
+    """At the hit at which the learner itself keeps all of its units."""
+    learner, met = lived
+    for fickle in (False, True):
+        found = from_here(varied, learner, surprise=1.0, fickle=fickle)
+        found._memory.numbers[LASTING] = 0.25
+        found.observe(frame_of(met, seen=True))
+        assert found._memory.numbers[KEPT_UNITS] == (0.0 if fickle else found._memory.numbers[UNITS])

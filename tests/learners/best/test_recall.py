@@ -29,8 +29,10 @@ from somatopy.learners.best.recall import TRIED_LEAST, recall
 from somatopy.percept import Floats, Percept
 
 #: What all postures share: as it was in calm, it is kept.
-SHARED = "shift", "plane", "common", "sway"
-HIT = np.full(4, 0.5), np.zeros(2)
+SHARED = "shift", "plane", "common", "sway", "gain"
+#: A felt posture, a head posture, and where in the picture the hand is seen.
+POSTURE, HEAD, PIXEL = np.full(4, 0.5), np.zeros(2), np.array([0.3, -0.2])
+HIT = POSTURE, HEAD, PIXEL
 
 
 def knowing(seed: int, units: int = 40) -> Memory:
@@ -67,22 +69,21 @@ def keep(memory: Memory) -> None:
 def exchange(memory: Memory) -> int:
     """Let all go wrong, although what is kept knows better; after so many hits it is known again."""
     memory.numbers[[SURPRISE, LASTING]] = 1.0, 0.15
-    x = HIT[0] + memory.kept[:4]
     for hits in range(1, 100):
-        hand = expected_of_kept(memory, x)
-        if recall(memory, HIT[0], hand, np.array([0.5, 0.5])):
+        if recall(memory, POSTURE, head_of_kept(memory), PIXEL, np.array([0.5, 0.5])):
             return hits
     raise AssertionError("What is kept never came back.")
 
 
-def expected_of_kept(memory: Memory, x: Floats) -> Floats:
-    """Where what is kept expects the hand: a second way to it, by its units alone."""
+def head_of_kept(memory: Memory) -> Floats:
+    """The head posture at which what is kept expects the hand at this pixel: a second way to it, by its units alone."""
     first = MOST_UNITS - int(memory.numbers[KEPT_UNITS])
-    square = (((memory.units[first:] - x) / memory.extent) ** 2).sum(axis=1)
+    square = (((memory.units[first:] - POSTURE - memory.kept[:4]) / memory.extent) ** 2).sum(axis=1)
     near = np.argsort(square)[:16]
     near = near[square[near] <= square.min() + 6 * 0.15**2]
     share = np.exp(-(square[near] - square.min()) / (2 * 0.15**2))
-    return np.asarray(share @ memory.turns[first:][near] / share.sum())
+    gain = memory.kept[memory.calm.size - 4 : memory.calm.size].reshape(2, 2)
+    return np.asarray(share @ memory.turns[first:][near] / share.sum() - gain @ PIXEL)
 
 
 @pytest.mark.parametrize("units", [(40, 40), (40, 60), (60, 40), (500, 500)])
@@ -120,8 +121,8 @@ def test_what_is_kept_must_be_twice_as_good() -> None:
     for known, comes in ((0.39, False), (0.41, True)):
         memory = knowing(0)
         keep(memory)
-        hand = expected_of_kept(memory, HIT[0] + memory.kept[:4]) + np.array([0.2, 0.0])
-        came = [recall(memory, HIT[0], hand, np.array([0.0, known])) for _ in range(500)]
+        head = head_of_kept(memory) + np.array([0.2, 0.0])
+        came = [recall(memory, POSTURE, head, PIXEL, np.array([0.0, known])) for _ in range(500)]
         assert any(came) == comes
 
 
@@ -148,7 +149,7 @@ def test_calm_changes_nothing_that_is_known() -> None:
     disturb(memory)
     before = memory._replace(**{name: array.copy() for name, array in memory._asdict().items()})
     assert not recall(memory, *HIT, np.ones(2))
-    before.calm[:] = np.concatenate([getattr(memory, name).ravel() for name in ("shift", "plane", "common", "sway")])
+    before.calm[:] = np.concatenate([getattr(memory, name).ravel() for name in SHARED])
     for old, now in zip(packed(before), packed(memory), strict=True):
         np.testing.assert_array_equal(old, now)
 

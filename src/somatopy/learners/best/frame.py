@@ -109,7 +109,7 @@ def live(
     if learns[DIRECTIONS]:
         learn_extent(memory, x)
     all_learn = learns[SCHEMA] and learns[DIRECTIONS] and learns[VISIBILITY]
-    if hit and all_learn and recall(memory, posture, expected + error, error):
+    if hit and all_learn and recall(memory, posture, head, pixel, error):
         goal += posture + memory.shift - x
         x[:] = posture + memory.shift
     memory.felt[0], memory.felt[1], memory.head[:], memory.pixel[:] = x, goal, head, pixel

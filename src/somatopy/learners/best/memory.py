@@ -61,8 +61,8 @@ class Memory(NamedTuple):
         drift: eps, what the last hits say beyond the map, shape (m,), rad.
         plane: B, of the polynomial part of the direction, shape (m, Q), rad.
         metric: M, by which the polynomial's monomials learn equally fast, shape (Q, Q).
-        calm: c, B, F and C one after the other as they were in the last calm hit, shape (n + m Q + Q P + m (Q - 1),).
-        kept: the same of what is kept, then M, shape (that + Q^2,).
+        calm: c, B, F, C and G, one after the other, as they were in the last calm hit, shape (K,).
+        kept: the same of what is kept, then M, shape (K + Q^2,).
         units: where units stand among felt postures, shape (U, n). Units that are kept stand at the end.
         turns: b, of the units' part of the direction, shape (U, m), rad.
         fields: w, what of visibility is each unit's own, shape (U, P).
@@ -291,5 +291,5 @@ def _monomials(variables: int) -> int:
 
 @jit_inlined
 def _shared(n: int, m: int) -> int:
-    """How many numbers c, B, F and C are together."""
-    return n + m * _monomials(n) + _monomials(n) * _monomials(m) + m * (_monomials(n) - 1)
+    """How many numbers c, B, F, C and G are together."""
+    return n + m * _monomials(n) + _monomials(n) * _monomials(m) + m * (_monomials(n) + 1)

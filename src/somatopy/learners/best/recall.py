@@ -33,7 +33,7 @@ TRIED_LEAST, TRIED_RATE, BETTER = 30, 0.05, 0.5
 
 
 @jit
-def recall(memory: Memory, posture: Floats, hand: Floats, error: Floats) -> bool:
+def recall(memory: Memory, posture: Floats, head: Floats, pixel: Floats, error: Floats) -> bool:
     """After a hit: keep what is known if a surprise lasts, and exchange it for what is kept if that is twice as good.
 
     What is known is kept when lambda exceeds .2, once in a surprise; a surprise is over when lambda is below .1. While
@@ -44,7 +44,8 @@ def recall(memory: Memory, posture: Floats, hand: Floats, error: Floats) -> bool
     Args:
         memory: what the learner holds.
         posture: sensed arm posture in [0, 1] units, without c, shape (n,).
-        hand: Y, the head posture that would centre the hand, shape (m,), rad.
+        head: y, shape (m,), rad.
+        pixel: p, shape (2,).
         error: e, where the hand was less where it was expected, shape (m,), rad.
 
     Returns:
@@ -56,7 +57,7 @@ def recall(memory: Memory, posture: Floats, hand: Floats, error: Floats) -> bool
         if numbers[LASTING] < OVER_BELOW:
             _remember(memory)
     elif numbers[KEPT_UNITS] > 0.0:
-        _try(memory, posture, hand, error)
+        _try(memory, posture, head, pixel, error)
         if numbers[TRIED] >= TRIED_LEAST and numbers[KEPT_ERROR] < BETTER * numbers[KNOWN_ERROR]:
             _exchange(memory)
             return True
@@ -73,7 +74,8 @@ def _remember(memory: Memory) -> None:
     at = _copy(memory.shift, memory.calm, 0)
     at = _copy(memory.plane.ravel(), memory.calm, at)
     at = _copy(memory.common.ravel(), memory.calm, at)
-    _copy(memory.sway.ravel(), memory.calm, at)
+    at = _copy(memory.sway.ravel(), memory.calm, at)
+    _copy(memory.gain.ravel(), memory.calm, at)
 
 
 @jit_inlined
@@ -85,18 +87,19 @@ def _copy(part: Floats, into: Floats, at: int) -> int:
 
 
 @jit
-def _try(memory: Memory, posture: Floats, hand: Floats, error: Floats) -> None:
+def _try(memory: Memory, posture: Floats, head: Floats, pixel: Floats, error: Floats) -> None:
     """One more hit in the averages of both errors."""
     numbers, first = memory.numbers, MOST_UNITS - int(memory.numbers[KEPT_UNITS])
     index, share = np.empty(NEAREST, np.int64), np.empty(NEAREST)
-    n, phi, expected = posture.size, np.empty(memory.plane.shape[1]), np.empty(hand.size)
+    n, phi, expected = posture.size, np.empty(memory.plane.shape[1]), np.empty(head.size)
     x, plane = posture + memory.kept[:n], memory.kept[n : n + memory.plane.size].reshape(memory.plane.shape)
+    gain = memory.kept[memory.calm.size - memory.gain.size : memory.calm.size].reshape(memory.gain.shape)
     found = active(memory.units[first:], memory.extent, MOST_UNITS - first, x, index, share)
     powers(x, phi)
     direction(plane, memory.turns[first:], phi, index, share, found, expected)
     numbers[TRIED] += 1.0
     rate = max(TRIED_RATE, 1.0 / numbers[TRIED])
-    numbers[KEPT_ERROR] += rate * (_size(hand - expected) - numbers[KEPT_ERROR])
+    numbers[KEPT_ERROR] += rate * (_size(head + gain @ pixel - expected) - numbers[KEPT_ERROR])
     numbers[KNOWN_ERROR] += rate * (_size(error) - numbers[KNOWN_ERROR])
 
 
@@ -136,7 +139,8 @@ def _exchange(memory: Memory) -> None:
     _swap(memory.calm, memory.kept)
     at = memory.calm.size
     _swap(memory.metric.ravel(), memory.kept[at:])
-    for part in (memory.sway.ravel(), memory.common.ravel(), memory.plane.ravel(), memory.shift):
+    parts = (memory.gain.ravel(), memory.sway.ravel(), memory.common.ravel(), memory.plane.ravel(), memory.shift)
+    for part in parts:
         at -= part.size
         part[:] = memory.calm[at : at + part.size]
     memory.drift[:] = 0.0
