@@ -209,12 +209,13 @@ def test_joints_that_are_put_right_are_known_again_at_once() -> None:
     assert errors(other, same, 400)[80:].mean() > 5 * calm
 
 
-def test_a_frozen_part_keeps_all_from_coming_back() -> None:
+@pytest.mark.parametrize("frozen", sorted(BestLearner.parts))
+def test_a_frozen_part_keeps_all_from_coming_back(frozen: str) -> None:
     """What is kept stays where it is, however bad what is known has become."""
     learner, world = BestLearner(robot(), np.random.default_rng(0)), World(robot())
     live(learner, world, 2000)
     keep(learner._memory)
-    learner.plastic = frozenset(learner.parts) - {"visibility"}
+    learner.plastic = learner.parts - {frozen}
     kept = learner._memory.kept.copy()
     for _ in range(100):
         learner._memory.numbers[[SURPRISE, KEPT_ERROR, KNOWN_ERROR, TRIED]] = 1.0, 0.0, 1.0, 50

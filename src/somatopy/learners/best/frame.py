@@ -108,8 +108,7 @@ def live(
         learn_visibility(memory, offset, hit, trust, *flags, phi, dual, index, share, voice, found)
     if learns[DIRECTIONS]:
         learn_extent(memory, x)
-    all_learn = learns[SCHEMA] and learns[DIRECTIONS] and learns[VISIBILITY]
-    if hit and all_learn and recall(memory, posture, head, pixel, error):
+    if hit and learns.all() and recall(memory, posture, head, pixel, error):
         goal += posture + memory.shift - x
         x[:] = posture + memory.shift
     memory.felt[0], memory.felt[1], memory.head[:], memory.pixel[:] = x, goal, head, pixel

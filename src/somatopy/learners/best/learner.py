@@ -31,8 +31,7 @@ class BestLearner(Plastic):
     - *memory*: what was seen and missed in the last seconds, on the same offsets;
     - *schema*: how the felt posture is to be understood, once errors grow or the hand is lost.
 
-    While schema, directions and visibility all learn, what they knew before a surprise is kept, and comes back when it
-    explains again what is seen.
+    While all parts learn, what they knew before a surprise is kept, and comes back when it explains again what is seen.
 
     docs/best.md derives each.
 
