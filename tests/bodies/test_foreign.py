@@ -239,16 +239,20 @@ def test_mesh_of_a_package_is_found_above_the_model(tmp_path: Path, folder: str)
     assert np.ptp(model_read.mesh_vert, axis=0).max() == pytest.approx(0.3, abs=0.02)
 
 
-def test_first_link_of_a_urdf_passes_through_what_carries_it(tmp_path: Path) -> None:
-    """As the second passes through the first: MuJoCo lets neighbours touch only where one of them stands fixed."""
+@pytest.mark.parametrize(("file", "before"), [("boxes.urdf", ""), ("boxes.xml", "<!-- <mujoco/> -->")])
+def test_first_link_of_a_urdf_passes_through_what_carries_it(tmp_path: Path, file: str, before: str) -> None:
+    """As the second passes through the first: MuJoCo lets neighbours touch only where one of them stands fixed.
+
+    A URDF is what has the root <robot>, whatever its file is called.
+    """
     box = '<collision><geometry><box size=".2 .2 .2"/></geometry></collision>'
     mass = '<inertial><mass value="1"/><inertia ixx=".1" iyy=".1" izz=".1" ixy="0" ixz="0" iyz="0"/></inertial>'
     joint = '<parent link="{}"/><child link="{}"/><axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="9"/>'
     links = "".join(f'<link name="{name}">{mass}{box}</link>' for name in "abcd")
     tied = [("fixed", "a", "b"), ("revolute", "b", "c"), ("revolute", "c", "d")]
     joints = "".join(f'<joint name="{b}{c}" type="{kind}">{joint.format(b, c)}</joint>' for kind, b, c in tied)
-    path = tmp_path / "boxes.urdf"
-    path.write_text(f'<robot name="boxes">{links}{joints}</robot>')
+    path = tmp_path / file
+    path.write_text(f'{before}<robot name="boxes">{links}{joints}</robot>')
     spec = parse(path)
     prepare(spec, path)
     model = compiled(spec, path)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Sequence
 from itertools import product
 from pathlib import Path
@@ -39,9 +40,16 @@ def parse(path: Path) -> mujoco.MjSpec:
     check_names(spec, path)
     for mesh in spec.meshes:
         mesh.file = _in_package(mesh.file, path)
-    if path.suffix.lower() == ".urdf":
+    if _is_urdf(path):
         _free_first_links(spec)
     return spec
+
+
+def _is_urdf(path: Path) -> bool:
+    """Whether the root of a file that MuJoCo has read is <robot>. By this, not by the suffix, MuJoCo knows a URDF."""
+    text = re.sub(rb"<!--.*?-->", b"", path.read_bytes(), flags=re.DOTALL)
+    root = re.search(rb"<([A-Za-z]\w*)", text)
+    return root is not None and root[1].lower() == b"robot"
 
 
 def _free_first_links(spec: mujoco.MjSpec) -> None:
