@@ -6,12 +6,14 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from difflib import get_close_matches
-from typing import TYPE_CHECKING, Any, TypeVar, get_type_hints
+from itertools import repeat
+from types import UnionType
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
 if TYPE_CHECKING:
     from pydantic import ValidationError
 
-__all__ = ["explain", "meant", "near", "read"]
+__all__ = ["check_numbers", "explain", "meant", "near", "no_toml", "read"]
 
 T = TypeVar("T")
 
@@ -50,6 +52,18 @@ def near(word: str, valid: Iterable[str]) -> str:
     return f" ({asked[:1].lower()}{asked[1:]})" if asked else ""
 
 
+def no_toml(error: ValueError) -> str:
+    """What is wrong with a file that cannot be read as TOML, which must be in UTF-8.
+
+    Example:
+        >>> no_toml(UnicodeDecodeError("utf-8", b"\\xe9", 0, 1, "invalid start byte"))
+        "is not in UTF-8 ('utf-8' codec can't decode byte 0xe9 in position 0: invalid start byte). Save it as UTF-8"
+    """
+    if isinstance(error, UnicodeDecodeError):
+        return f"is not in UTF-8 ({error}). Save it as UTF-8"
+    return f"is not valid TOML: {error}"
+
+
 def read(settings: type[T], table: Mapping[str, Any], known: tuple[str, ...] = ()) -> T:
     """Settings from a table.
 
@@ -68,6 +82,7 @@ def read(settings: type[T], table: Mapping[str, Any], known: tuple[str, ...] = (
         key, valid = unknown
         error = PydanticCustomError("unknown_key", "unknown key", {"key": key, "valid": ", ".join(valid)})
         raise ValidationError.from_exception_data("", [{"type": error, "loc": (), "input": table}])
+    check_numbers(get_type_hints(settings), table)
     found: T = TypeAdapter(settings).validate_python(table)
     return found
 
@@ -83,6 +98,70 @@ def _unknown_key(settings: Any, table: Mapping[str, Any], known: tuple[str, ...]
         if is_table and (unknown := _unknown_key(inner, value)):
             return f"{key}.{unknown[0]}", unknown[1]
     return None
+
+
+def check_numbers(hints: Mapping[str, Any], table: Mapping[str, Any]) -> None:
+    """Check that no text and no truth value stands where a number is asked. pydantic would take "0" for 0, true for 1.
+
+    Args:
+        hints: the types of the table's values, by key.
+        table: by key.
+
+    Raises:
+        ValidationError: of pydantic, which `explain` puts into words.
+    """
+    from pydantic import ValidationError
+    from pydantic_core import InitErrorDetails, PydanticCustomError
+
+    if wrong := [found for key in hints.keys() & table.keys() for found in _no_numbers(hints[key], table[key], (key,))]:
+        errors = [
+            InitErrorDetails(type=PydanticCustomError("no_number", "{said}", {"said": said}), loc=keys, input=value)
+            for keys, value, said in wrong
+        ]
+        raise ValidationError.from_exception_data("", errors)
+
+
+def _no_numbers(hint: Any, value: Any, keys: tuple[str | int, ...]) -> list[tuple[tuple[str | int, ...], Any, str]]:
+    """Where text or a truth value stands in the place of a number: keys, value, and what must stand there."""
+    choices = [*_choices(hint)]
+    if isinstance(value, bool | str):
+        if type(value) in choices or value in choices or not {int, float}.intersection(choices):
+            return []
+        number = f"must be a {'' if float in choices else 'whole '}number{' or text' if str in choices else ''}"
+        return [(keys, value, f"{number}, not {'true or false' if isinstance(value, bool) else 'text'}")]
+    found = [
+        [wrong for key, inner, entry in entries for wrong in _no_numbers(inner, entry, (*keys, key))]
+        for choice in choices
+        if (entries := [*_entries(choice, value)])
+    ]
+    return found[0] if found and all(found) else []
+
+
+def _choices(hint: Any) -> Iterator[Any]:
+    """The types, and the single values, of which a value may be one."""
+    origin, inner = get_origin(hint), get_args(hint)
+    if origin is Annotated:
+        yield from _choices(inner[0])
+    elif origin in (Union, UnionType):
+        for each in inner:
+            yield from _choices(each)
+    elif origin is Literal:
+        yield from inner
+    else:
+        yield hint
+
+
+def _entries(choice: Any, value: Any) -> Iterator[tuple[str | int, Any, Any]]:
+    """Key, type and value of what is in a value, if that is a list or a table as a type asks for."""
+    origin, inner = get_origin(choice), get_args(choice)
+    if isinstance(value, list | tuple) and origin in (tuple, list) and inner:
+        hints = repeat(inner[0]) if origin is list or inner[-1] is Ellipsis else inner
+        yield from ((key, hint, entry) for key, (hint, entry) in enumerate(zip(hints, value, strict=False)))
+    elif isinstance(value, Mapping) and origin is dict:
+        yield from ((key, inner[1], entry) for key, entry in value.items())
+    elif isinstance(value, Mapping) and is_dataclass(choice):
+        by_key = get_type_hints(choice)
+        yield from ((key, by_key[key], entry) for key, entry in value.items() if key in by_key)
 
 
 def explain(error: ValidationError, valid_keys: Callable[[Sequence[str]], Sequence[str]]) -> str:

@@ -26,7 +26,7 @@ from somatopy.bodies.tables import (
     Servo,
     Table,
 )
-from somatopy.validation import explain
+from somatopy.validation import explain, no_toml
 
 __all__ = ["MODELS", "Add", "Anatomy", "Coupling", "Servo", "anatomy_path"]
 
@@ -120,10 +120,10 @@ class Anatomy(Table):
         return anatomy.model_copy(update={"model": next(filter(os.path.isfile, models), models[0])})
 
 
-def _no_toml(path: Path, error: Exception) -> str:
+def _no_toml(path: Path, error: ValueError) -> str:
     """What to say of a file that is no TOML; who names a model is told how to get the file that is meant."""
     if path.suffix.lower() not in _OF_MODELS:
-        return f"The anatomy file {path} is not valid TOML: {error}."
+        return f"The anatomy file {path} {no_toml(error)}."
     return (
         f"{path} is a robot's model. What is asked for is an anatomy file, which names the model and says what of it "
         "is arm, head, camera and hand. Write one with "

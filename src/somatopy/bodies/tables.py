@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from somatopy.validation import check_numbers
 
 __all__ = ["Add", "AddedCamera", "CameraTable", "Coupling", "Head", "Joints", "MarkerTable", "Neck", "Servo", "Table"]
 
@@ -21,6 +24,13 @@ class Table(BaseModel):
     """A table of an anatomy file. Unknown keys are errors."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _numbers(cls, table: Any) -> Any:
+        if isinstance(table, Mapping):
+            check_numbers({name: info.annotation for name, info in cls.model_fields.items()}, table)
+        return table
 
 
 class Coupling(Table):

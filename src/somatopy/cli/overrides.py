@@ -7,6 +7,8 @@ from contextlib import suppress
 from dataclasses import MISSING, fields
 from typing import Any, NamedTuple, get_origin, get_type_hints
 
+from pydantic import PydanticUserError, TypeAdapter, ValidationError
+
 from somatopy.experiment.changes import damage_named, replace_short, standing_for
 from somatopy.experiment.description import SHORT_FORMS, Description, DescriptionError, stands_for
 from somatopy.registry import INTERVENTIONS, Kinds, Settings, UnknownKind
@@ -178,8 +180,10 @@ def _fill(table: dict[str, Any], option: Option) -> None:
     if settings is None or name in part or not option.values:
         return
     if any(entry.name == name and _is_required(entry) for entry in fields(settings)):
-        many = get_origin(get_type_hints(settings)[name]) in (tuple, list)
-        part[name] = option.values if many else option.values[0]
+        hint = get_type_hints(settings)[name]
+        part[name] = option.values if get_origin(hint) in (tuple, list) else option.values[0]
+        with suppress(ValidationError, PydanticUserError):
+            part[name] = TypeAdapter(hint).validate_python(part[name])
 
 
 def _is_required(entry: Any) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
@@ -22,7 +23,7 @@ import somatopy.interventions
 import somatopy.learners  # noqa: F401
 from somatopy.clock import FRAMES_PER_MINUTE
 from somatopy.registry import BABBLERS, BODIES, EYES, INTERVENTIONS, LEARNERS, Settings
-from somatopy.validation import explain
+from somatopy.validation import check_numbers, explain, no_toml
 
 __all__ = [
     "DESCRIPTION",
@@ -56,6 +57,13 @@ class DescriptionError(ValueError):
 
 class _Table(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _numbers(cls, table: Any) -> Any:
+        if isinstance(table, Mapping):
+            check_numbers({name: info.annotation for name, info in cls.model_fields.items()}, table)
+        return table
 
     def replaced(self, **changes: Any) -> Self:
         """A copy with some keys replaced, validated again.
@@ -179,13 +187,20 @@ def _wrong(key: str, value: Any, kind: str, said: str) -> ValidationError:
 class Description(_Table):
     """An experiment: seed, robot, eye, babbling, learner and phases."""
 
-    name: str = Field("experiment", pattern=r"^[A-Za-z0-9._-]+$", description="Goes into the run folder's name.")
+    name: str = Field("experiment", description="Goes into the run folder's name.")
     seed: int = Field(0, ge=0, lt=2**63, description="All random numbers follow from it.")
     body: Annotated[Settings, BODIES] = Field(default_factory=lambda: BODIES.validated({}))
     eye: Annotated[Settings, EYES] = Field(default_factory=lambda: EYES.validated("fiducial"))
     babbling: Annotated[Settings, BABBLERS] = Field(default_factory=lambda: BABBLERS.validated({}))
     learner: Annotated[Settings, LEARNERS] = Field(default_factory=lambda: LEARNERS.validated("hebbian"))
     phases: tuple[Phase, ...] = (Phase(),)
+
+    @field_validator("name")
+    @classmethod
+    def _plain(cls, name: str) -> str:
+        if not re.fullmatch(r"[A-Za-z0-9._-]+", name):
+            raise ValueError(f"{name!r} goes into the run folder's name; write letters A to Z, digits, ., _ and - only")
+        return name
 
     @field_validator("phases")
     @classmethod
@@ -245,7 +260,7 @@ def read_table(path: str | Path) -> dict[str, Any]:
     except OSError as error:
         raise DescriptionError(f"Cannot read the description {path}: {error.strerror}.") from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise DescriptionError(f"The description {path} is not valid TOML: {error}.") from error
+        raise DescriptionError(f"The description {path} {no_toml(error)}.") from error
     if "versions" in table and table.get("format") != FORMAT:
         raise DescriptionError(
             f"{path} was written by another version of somatopy (run folder format {table.get('format', 1)}, "

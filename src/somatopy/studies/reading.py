@@ -15,7 +15,7 @@ from somatopy.experiment import PRESETS, Description, DescriptionError, load_des
 from somatopy.experiment.ceiling import EVERY
 from somatopy.experiment.changes import changed
 from somatopy.studies.plan import Condition, Study, seeds_of
-from somatopy.validation import near
+from somatopy.validation import near, no_toml
 
 __all__ = ["KEYS", "base_of", "distributions", "flattened", "load_plan", "planned", "space_of", "with_changes"]
 
@@ -38,7 +38,7 @@ def load_plan(path: str | Path) -> dict[str, Any]:
     except OSError as error:
         raise DescriptionError(f"Cannot read the study {path}: {error.strerror}.") from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise DescriptionError(f"The study {path} is not valid TOML: {error}.") from error
+        raise DescriptionError(f"The study {path} {no_toml(error)}.") from error
     if "base" in table:
         table["base"] = str(Path(path).parent / str(table["base"]))
     return {"name": Path(path).stem, **table}
