@@ -527,6 +527,29 @@ class Copycat(Plastic):
         """Has nothing to restore."""
 
 
+class Scribbler(FixedGaze):
+    """Works in place on the arrays that it is given."""
+
+    def __init__(self, robot: Robot, rng: np.random.Generator) -> None:
+        super().__init__([0.2, 0.1])
+
+    def observe(self, percept: Percept) -> None:
+        for vector in (percept.arm, percept.head, percept.arm_command, percept.head_command):
+            vector[:] = 7.0
+
+
+def test_a_learner_that_works_in_place_changes_nothing_that_was_sensed(short: Short) -> None:
+    """Its body moves, and is recorded, as that of one which leaves its percepts alone."""
+
+    def readings(**own: Any) -> list[list[Any]]:
+        phases = [{"frames": 20, "name": "intact"}]
+        with Session(short(phases=phases, learner={"kind": "fixed", "head": [0.2, 0.1]}), **own) as session:
+            senses = ("arm", "head", "arm_command", "head_command")
+            return [[getattr(frame.reading, sense) for sense in senses] for frame in session]
+
+    assert same(readings(learner=Scribbler), readings())
+
+
 def test_all_parts_may_be_ones_own(short: Short) -> None:
     """A body without model and state, an eye, a babbler and a learner run; what needs a state or a twin says no."""
     described = short(phases=[{"name": "a", "frames": 30}])

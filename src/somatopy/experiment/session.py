@@ -451,6 +451,13 @@ class Session:
 
 
 def _percept(reading: Reading, sighting: Sighting | None) -> Percept:
+    """What the learner is told, in arrays of its own: one that works in place must not change what is recorded."""
     return Percept(
-        reading.time, reading.arm, reading.head, reading.arm_command, reading.head_command, sighting, reading.dt
+        reading.time,
+        reading.arm.copy(),
+        reading.head.copy(),
+        reading.arm_command.copy(),
+        reading.head_command.copy(),
+        sighting,
+        reading.dt,
     )
