@@ -41,6 +41,36 @@ def test_json_is_one_object_of_summary_and_cost(tmp_path: Path, capsys: pytest.C
     assert "frames/s" in err and "hits" in err
 
 
+def test_what_a_part_prints_is_not_the_result(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Neither when its module is imported, nor while it runs or is asked: standard output stays one JSON object."""
+    (tmp_path / "chatty.py").write_text("""
+from somatopy.learners import FixedGaze
+print("imported")
+
+class Chatty(FixedGaze):
+    def __init__(self, robot, rng):
+        super().__init__([0.1, 0.1])
+
+    def observe(self, percept):
+        print("observed")
+
+    def predict(self, arm):
+        print("asked")
+        return super().predict(arm)
+""")
+    monkeypatch.syspath_prepend(tmp_path)
+    out = str(tmp_path / "out")
+    assert main(["run", "paper", *QUICK[:4], *SHORT, "--learner", "chatty:Chatty", "--json", "--out", out]) == 0
+    text, err = capsys.readouterr()
+    assert json.loads(text)["learner"] == "chatty:Chatty" and "imported" in err and "observed" in err
+    for verb in (["resume"], ["evaluate", "--postures", "3"]):
+        assert main([*verb, out, "--json"]) == 0
+        text, err = capsys.readouterr()
+        assert json.loads(text) and ("asked" in err) == (verb[0] == "evaluate")
+
+
 def test_a_run_folder_runs_again_to_the_same_bytes(tmp_path: Path) -> None:
     """`somatopy run <folder>` repeats it, by its experiment.toml or by its name alone; flags change the copy."""
     first, again, other = (tmp_path / name for name in ("first", "again", "other"))

@@ -9,6 +9,7 @@ from typing import Annotated
 
 from somatopy.cli.mirror import mark
 from somatopy.cli.options import OnCheckpoint
+from somatopy.cli.run import aside
 from somatopy.cli.words import read
 from somatopy.experiment.evaluate import evaluate
 
@@ -32,7 +33,8 @@ class Options(OnCheckpoint):
 def main(args: Sequence[str]) -> int:
     """Run `somatopy evaluate RUN [--postures N] [--json]`."""
     options = read(Options, args, "somatopy evaluate", TEXT)
-    result = evaluate(options.run, options.postures, anyway=options.anyway)
+    with aside():
+        result = evaluate(options.run, options.postures, anyway=options.anyway)
     if options.json:
         print(json.dumps(result))
         return 0

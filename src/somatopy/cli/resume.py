@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from somatopy.api import resume
 from somatopy.cli.options import OnCheckpoint
 from somatopy.cli.reproduce import CONTROLS_FOLDER, complete
-from somatopy.cli.run import note, result
+from somatopy.cli.run import aside, note, result
 from somatopy.cli.words import read
 from somatopy.experiment import RunFolder
 
@@ -28,7 +28,8 @@ def main(args: Sequence[str]) -> int:
     opened = RunFolder(options.run)
     frames = opened.description().frames
     finished = opened.checkpoint()["session"]["done"] == frames
-    resume(options.run, anyway=options.anyway, progress=not (finished or options.quiet))
+    with aside():
+        resume(options.run, anyway=options.anyway, progress=not (finished or options.quiet))
     if finished and not options.quiet:
         note(f"{options.run} is finished: all its {frames:,} frames had been recorded before.")
     if (options.run / CONTROLS_FOLDER).is_dir():

@@ -6,6 +6,7 @@ import json
 import os
 import sys
 from collections.abc import Sequence
+from contextlib import redirect_stdout
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,7 @@ from somatopy.experiment import PRESETS, Description, DescriptionError, load_des
 from somatopy.experiment.run_folder import DESCRIPTION
 from somatopy.validation import meant
 
-__all__ = ["described", "main", "note", "parse_named", "result"]
+__all__ = ["aside", "described", "main", "note", "parse_named", "result"]
 
 TEXT = """Run a preset, a description file (TOML), or once more what a run folder holds, and write a new run folder.
 
@@ -29,7 +30,8 @@ PROGRAM = "somatopy run PRESET|FILE|RUN"
 def main(args: Sequence[str]) -> int:
     """Run `somatopy run PRESET|FILE [OPTIONS]`."""
     options = parse_named(args, PROGRAM, TEXT)
-    folder = run(options.description, options.out, progress=not options.quiet).path
+    with aside():
+        folder = run(options.description, options.out, progress=not options.quiet).path
     if options.json:
         print(json.dumps(result(folder)))
     else:
@@ -72,6 +74,11 @@ def result(folder: Path) -> dict[str, Any]:
     """What --json prints: the summary, with the folder and its cost beside it."""
     run = load_run(folder)
     return {"folder": str(folder), **(run.summary or {}), "cost": run.cost}
+
+
+def aside() -> redirect_stdout[Any]:
+    """While this context lasts, what a part of one's own prints goes to standard error: the result stands alone."""
+    return redirect_stdout(sys.stderr)
 
 
 def note(text: str) -> None:

@@ -6,6 +6,7 @@ import importlib
 import re
 import sys
 from collections.abc import Callable
+from contextlib import redirect_stdout
 from functools import cache
 from importlib.metadata import entry_points
 from operator import attrgetter
@@ -73,14 +74,8 @@ def found(module: str, attribute: str) -> Any:
     """The object at a place, in an installed module or else in one of the current folder."""
     here = str(Path.cwd())
     try:
-        try:
-            found = importlib.import_module(module)
-        except ModuleNotFoundError as error:
-            if error.name is None or not f"{module}.".startswith(f"{error.name}.") or here in sys.path:
-                raise
-            sys.path.append(here)
-            importlib.invalidate_caches()
-            found = importlib.import_module(module)
+        with redirect_stdout(sys.stderr):  # what a module says when it is imported is no command's result
+            found = _imported(module, here)
     except ModuleNotFoundError as error:
         raise UnknownKind(f"cannot be imported ({error}). {_sought(module, error.name or '', here)}") from error
     except (Exception, SystemExit) as error:  # a script without `if __name__ == "__main__"` may exit
@@ -93,6 +88,18 @@ def found(module: str, attribute: str) -> Any:
             raise UnknownKind(f"does not exist: {module} has no {name}; it has {', '.join(there) or 'nothing'}")
         thing = getattr(thing, name)
     return thing
+
+
+def _imported(module: str, here: str) -> Any:
+    """A module that is installed, or else in the current folder `here`."""
+    try:
+        return importlib.import_module(module)
+    except ModuleNotFoundError as error:
+        if error.name is None or not f"{module}.".startswith(f"{error.name}.") or here in sys.path:
+            raise
+    sys.path.append(here)
+    importlib.invalidate_caches()
+    return importlib.import_module(module)
 
 
 def _sought(module: str, missing: str, here: str) -> str:
