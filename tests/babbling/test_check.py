@@ -76,6 +76,13 @@ class Lending(Hopping):
         return self.target
 
 
+class Reusing(Hopping):
+    def command(self, time: float) -> Any:
+        self.sheet = getattr(self, "sheet", np.zeros(2))
+        self.sheet[:] = super().command(time)
+        return self.sheet
+
+
 class Unseeded(Hopping):
     def __init__(self, rng: np.random.Generator) -> None:
         super().__init__(np.random.default_rng())
@@ -100,6 +107,7 @@ def test_another_sound_babbler_passes() -> None:
         (Early, "asked from an hour on gives finite targets"),
         (Restless, "asked again at the same time it says the same"),
         (Lending, "what a babbler returns belongs to the caller"),
+        (Reusing, "what a babbler returned stays as it was"),
         (Unseeded, "one seed, one behaviour"),
         (Forgetful, r"restore\(state\) continues bit for bit"),
     ],

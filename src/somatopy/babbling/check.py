@@ -74,3 +74,8 @@ def _has_one_target_at_a_time(make: Make) -> None:
             if given.flags.writeable:
                 given[:] = np.nan
             holds(same(np.array(babbler.command(time)), again), "changing {} changed the next answer", again)
+    with law("what a babbler returned stays as it was", "return a new array, or a copy of the target") as holds:
+        given = babbler.command(300 * FRAME)
+        before = np.array(given)
+        _commands(babbler, _times(301, 900))
+        holds(same(np.array(given), before), "{} became {} when later targets were asked", before, given)

@@ -131,13 +131,13 @@ def _senses_soundly(make: Make, frames: list[_Frame]) -> None:
         sensed = [intervention.sense(frame.percept, rng) for frame in frames]
         for old, frame in zip(before, frames, strict=True):
             holds(same(old, facts(frame.percept)), "{} became {}", old, frame.percept)
-    with law("sense gives a percept of the same shapes, finite", "change values only") as holds:
+    with law("sense gives a percept of the same shapes, finite", "give arrays, and change their values only") as holds:
         for frame, after in zip(frames, sensed, strict=True):
             holds(isinstance(after, Percept), "{}", after)
             for name in _VECTORS:
                 vector = getattr(after, name)
-                fits = np.shape(vector) == getattr(frame.percept, name).shape
-                holds(fits and np.isfinite(vector).all(), "{} = {}", name, vector)
+                fits = isinstance(vector, np.ndarray) and vector.shape == getattr(frame.percept, name).shape
+                holds(fits and np.isfinite(vector).all(), "{} = {!r}", name, vector)
 
 
 def _acts_soundly(make: Make, frames: list[_Frame]) -> None:

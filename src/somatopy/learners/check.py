@@ -207,6 +207,10 @@ def _owns_what_it_keeps(robot: _Trial) -> None:
     with law("arrays taken and given stay the caller's", "copy them in observe, and return copies") as holds:
         for show in (robot.predictions, lambda learner: robot.live(learner, percepts)):
             holds(same(show(tampered), show(left)), "overwriting percepts or answers changed what came later")
+        lent = [left.gaze(percepts[-1]), left.predict(percepts[-1].arm)]
+        before = deepcopy(lent)
+        robot.play(left, 0, len(percepts))
+        holds(same(lent, before), "{} became {} when later frames passed", before, lent)
 
 
 def _shows_itself_evenly(robot: _Trial) -> None:
