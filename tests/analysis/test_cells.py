@@ -2,20 +2,33 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyarrow
 import pyarrow.parquet as pq
 import pytest
 import tomli_w
 
-from somatopy.analysis.cells import CELLS, COLUMNS, COSTS, STUDY, load_study, measures, to_table
+from somatopy.analysis.cells import (
+    CELLS,
+    COLUMNS,
+    COSTS,
+    FAILURES,
+    JOURNAL,
+    STUDY,
+    load_study,
+    measures,
+    to_table,
+)
 from somatopy.analysis.runs import Run, RunFolderError
 from somatopy.analysis.summary import summarise
 
 MakeRun = Callable[..., Run]
+Change = Callable[[pyarrow.Table], pyarrow.Table]
 #: Columns that only a study can fill.
 OF_A_STUDY = {"key", "description", "code", "condition"}
 
@@ -133,13 +146,60 @@ def test_values_by_seed(folder: Path, run: Run) -> None:
         result.values("a", "speed")
 
 
-def test_a_study_folder_that_cannot_be_read(folder: Path) -> None:
-    """One sentence, whichever file is broken."""
-    for name, content in ((STUDY, b"="), (STUDY, b"\xff"), ("failures.json", b"{"), (CELLS, b"x"), (CELLS, b"")):
-        kept = (folder / name).read_bytes() if (folder / name).exists() else b"[]"
-        (folder / name).write_bytes(content)
-        with pytest.raises(RunFolderError, match="cannot be read") as caught:
+def without(name: str) -> Change:
+    return lambda table: table.drop_columns([name])
+
+
+def with_words(name: str) -> Change:
+    return lambda table: table.set_column(
+        table.column_names.index(name), name, pyarrow.array(["many"] * table.num_rows)
+    )
+
+
+ROW = {"key": "k", "condition": "a", "seed": 9, "phase": 0}
+#: What stands in a file of a study folder, and what is said of it.
+BROKEN: list[tuple[str, bytes | Change, str]] = [
+    (STUDY, b"=", "Restore it"),
+    (STUDY, b"\xff", "Restore it"),
+    (STUDY, b"", "does not name the conditions of a study, each with its factors"),
+    (STUDY, b"[conditions.a]\nseeds = [0]", "does not name the conditions"),
+    (STUDY, b"order = [1]\n[conditions]", "does not name the conditions"),
+    (FAILURES, b"{", "Delete it"),
+    (FAILURES, b"{}", "is no list of cells, each with its condition, seed, cause"),
+    (FAILURES, b"[5]", "is no list of cells"),
+    (CELLS, b"x", "move it away: the study then runs its cells again"),
+    (CELLS, b"", "move it away"),
+    *((CELLS, without(name), f"column '{name}' is missing") for name in ("key", "condition", "seed", "phase")),
+    (CELLS, with_words("rate"), "column 'rate' holds string in place of double"),
+    (CELLS, with_words("hits_per_minute"), "column 'hits_per_minute' holds string in place of list"),
+    *((JOURNAL, line + b"\n", "line 1 holds no rows") for line in (b"5", b"[]", b"[5]", b'[{"condition": "a"}]', b"[")),
+    (JOURNAL, json.dumps([ROW | {"hits": "many"}]).encode() + b"\n", "Delete the lines"),
+]
+
+
+@pytest.mark.parametrize(("name", "content", "told"), BROKEN)
+def test_a_study_folder_that_cannot_be_read(folder: Path, name: str, content: bytes | Change, told: str) -> None:
+    """One sentence, whichever file is broken: its name, what is wrong with it, and what to do."""
+    file = folder / name
+    if callable(content):
+        pq.write_table(content(pq.read_table(file)), file)
+    else:
+        file.write_bytes(content)
+    with pytest.raises(RunFolderError, match=told) as caught:
+        load_study(folder)
+    assert str(caught.value).startswith(f"{file} cannot be read (") and "\n" not in str(caught.value)
+
+
+def test_folders_in_the_place_of_files_and_rows_that_stand_twice(folder: Path) -> None:
+    """The first are named, the second count once."""
+    table = load_study(folder).table
+    pq.write_table(pyarrow.concat_tables([table, table]), folder / CELLS)
+    (folder / JOURNAL).write_text(f"{json.dumps([ROW])}\n" * 2)
+    rows = load_study(folder).table.to_pylist()
+    assert len(rows) == table.num_rows + 1 and [row for row in rows if row["key"] != "k"] == table.to_pylist()
+    for name in (CELLS, JOURNAL, FAILURES):
+        (folder / name).unlink(missing_ok=True)
+        (folder / name).mkdir()
+        with pytest.raises(RunFolderError, match=rf"{name} cannot be read \(.*Is a directory"):
             load_study(folder)
-        assert str(folder) in str(caught.value) and "\n" not in str(caught.value)
-        (folder / name).write_bytes(kept)
-    assert load_study(folder).failures == []
+        (folder / name).rmdir()

@@ -159,7 +159,7 @@ def test_a_journal_with_a_broken_line_is_one_sentence(tmp_path: Path, study: Stu
     """A whole line that is no JSON was not torn: somebody wrote it."""
     fill(tmp_path, study, [])
     (tmp_path / "journal.jsonl").write_text("no json\n", encoding="utf-8")
-    with pytest.raises(DescriptionError, match=r"journal.jsonl cannot be read \(.*Restore it from a copy"):
+    with pytest.raises(DescriptionError, match=r"journal.jsonl cannot be read \(line 1 .*delete that line: its cell"):
         finished(tmp_path, study)
 
 

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import json
 import tomllib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -264,40 +265,92 @@ def load_study(path: str | Path) -> StudyResult:
     Raises:
         RunFolderError: no study folder, or a broken file in it.
     """
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
     folder = Path(path)
     if not (folder / STUDY).is_file():
         raise RunFolderError(f"{folder} is not a study folder: it holds no {STUDY}.")
-    try:
-        study = tomllib.loads((folder / STUDY).read_text(encoding="utf-8"))
-        ended = [row for rows in journalled(folder) for row in rows]  # first: when the study ends they go to the table
-        table = completed(pq.read_table(folder / CELLS)) if (folder / CELLS).exists() else to_table([])
-        table = _with(table, [row for row in ended if row.get("condition") in study.get("conditions", ())])
-        failed = folder / FAILURES
-        failures = json.loads(failed.read_text(encoding="utf-8")) if failed.exists() else []
-    except (OSError, ValueError, TypeError, pa.ArrowException) as error:
-        raise RunFolderError(f"{folder} cannot be read ({str(error).splitlines()[0]}).") from error
+    with _readable(folder / STUDY, "Restore it from a copy, or run the study into its folder again, which writes it."):
+        study = _plan(folder / STUDY)
+    ended = [row for rows in journalled(folder) for row in rows]  # first: when the study ends they go to the table
+    with _readable(folder / CELLS, "Restore it from a copy, or move it away: the study then runs its cells again."):
+        table = read_cells(folder / CELLS) if (folder / CELLS).exists() else to_table([])
+    with _readable(folder / JOURNAL, "Delete the lines that hold other values: their cells then run again."):
+        table = _with(table, [row for row in ended if row["condition"] in study["conditions"]])
+    with _readable(folder / FAILURES, "Delete it: the study writes it again when it goes on."):
+        failures = _failures(folder / FAILURES)
     return StudyResult(folder, table, failures, study)
+
+
+@contextmanager
+def _readable(path: Path, mend: str) -> Iterator[None]:
+    """Say of a file in a study folder why it cannot be read, and what to do."""
+    import pyarrow as pa
+
+    try:
+        yield
+    except (OSError, ValueError, TypeError, pa.ArrowException) as error:
+        why = next(iter(str(error).splitlines()), type(error).__name__)
+        raise RunFolderError(f"{path} cannot be read ({why.rstrip('.')}). {mend}") from error
+
+
+def _plan(path: Path) -> dict[str, Any]:
+    """What a study folder says of its study."""
+    table = tomllib.loads(path.read_text(encoding="utf-8"))
+    conditions, order = table.get("conditions"), table.get("order", [])
+    known = isinstance(conditions, dict) and all(
+        isinstance(entry, dict) and isinstance(entry.get("factors"), dict) for entry in conditions.values()
+    )
+    if not known or not isinstance(order, list) or not all(isinstance(name, str) for name in order):
+        raise ValueError("it does not name the conditions of a study, each with its factors")
+    return table
+
+
+def _failures(path: Path) -> list[dict[str, Any]]:
+    """What ended with an error."""
+    found = json.loads(path.read_text(encoding="utf-8")) if path.exists() else []
+    told = ("condition", "seed", "cause")
+    if not isinstance(found, list) or not all(isinstance(e, dict) and e.keys() >= {*told} for e in found):
+        raise ValueError(f"it is no list of cells, each with its {', '.join(told)}")
+    return found
 
 
 def journalled(folder: Path) -> list[list[dict[str, Any]]]:
     """The rows of each cell that ended since the study was begun; a line that a crash cut off is none.
 
     Raises:
-        ValueError: a line is no JSON.
+        RunFolderError: a line holds something else; the message says which.
     """
     path = folder / JOURNAL
-    lines = path.read_bytes().splitlines(keepends=True) if path.exists() else ()
-    return [json.loads(line) for line in lines if line.endswith(b"\n")]
+    with _readable(path, "Move it away: the cells in it then run again."):
+        lines = path.read_bytes().splitlines(keepends=True) if path.exists() else []
+    return [_cell_in(path, number, line) for number, line in enumerate(lines, 1) if line.endswith(b"\n")]
+
+
+def _cell_in(path: Path, number: int, line: bytes) -> list[dict[str, Any]]:
+    """The rows of the cell that a line of the journal is about."""
+    types = {"key": str, "condition": str, "seed": int, "phase": int}
+    try:
+        rows = json.loads(line)
+    except ValueError:
+        rows = None
+    if not (isinstance(rows, list) and rows) or not all(
+        isinstance(row, dict) and all(isinstance(row.get(name), kind) for name, kind in types.items()) for row in rows
+    ):
+        raise RunFolderError(
+            f"{path} cannot be read (line {number} holds no rows of a cell). Restore it from a copy, or delete that "
+            "line: its cell then runs again."
+        )
+    return rows
 
 
 def _with(table: pa.Table, rows: Sequence[Mapping[str, Any]]) -> pa.Table:
-    """A table with rows that it may have already."""
-    there = {*zip(*(table[name].to_pylist() for name in _OF_A_ROW), strict=True)} if rows else set()
-    new = [row for row in rows if tuple(row[name] for name in _OF_A_ROW) not in there]
-    return to_table([*table.to_pylist(), *new]) if new else table
+    """A table with rows that it may have already; each is there once."""
+    there = [*zip(*(table[name].to_pylist() for name in _OF_A_ROW), strict=True)]
+    if not rows and len({*there}) == len(there):
+        return table
+    found: dict[tuple[Any, ...], Mapping[str, Any]] = {}
+    for row in (*table.to_pylist(), *rows):
+        found.setdefault(tuple(row[name] for name in _OF_A_ROW), row)
+    return to_table([*found.values()])
 
 
 def to_table(rows: Sequence[Mapping[str, Any]]) -> pa.Table:
@@ -317,13 +370,31 @@ def to_table(rows: Sequence[Mapping[str, Any]]) -> pa.Table:
     return pa.table(arrays)
 
 
-def completed(table: pa.Table) -> pa.Table:
-    """A table that an older version wrote, with those columns that it did not know yet: all null."""
-    import pyarrow as pa
+def read_cells(path: Path) -> pa.Table:
+    """A table of cells. Columns that an older version did not know yet are all null.
 
+    Raises:
+        ValueError: a row does not say of which cell and phase it is, or a column holds something else.
+        OSError: the file cannot be read.
+        pyarrow.ArrowException: it is no table, or a damaged one.
+    """
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    with path.open("rb") as file:
+        table = pq.ParquetFile(file).read()
+    for name in ("key", *_OF_A_ROW):
+        if name not in table.column_names or table[name].null_count:
+            raise ValueError(f"its column {name!r} is missing or has gaps")
     for column in (*COLUMNS, *COSTS):
+        kind = _arrow_type(column)
         if column.name not in table.column_names:
-            table = table.append_column(column.name, pa.nulls(table.num_rows, _arrow_type(column)))
+            table = table.append_column(column.name, pa.nulls(table.num_rows, kind))
+        elif (found := table[column.name]).type != kind:
+            try:
+                table = table.set_column(table.column_names.index(column.name), column.name, found.cast(kind))
+            except pa.ArrowException as error:
+                raise ValueError(f"its column {column.name!r} holds {found.type} in place of {kind}") from error
     return table
 
 

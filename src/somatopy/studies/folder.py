@@ -15,7 +15,8 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import tomli_w
 
-from somatopy.analysis.cells import CELLS, COLUMNS, COSTS, FAILURES, JOURNAL, STUDY, journalled, to_table
+from somatopy.analysis.cells import CELLS, COLUMNS, COSTS, FAILURES, JOURNAL, STUDY, journalled, read_cells, to_table
+from somatopy.analysis.runs import RunFolderError
 from somatopy.experiment.description import DescriptionError
 from somatopy.files import write_whole
 from somatopy.posix import alone, require
@@ -153,23 +154,23 @@ class StudyFolder:
         if not path.exists():
             return found
         try:
-            for row in pq.read_table(path).to_pylist():
+            for row in read_cells(path).to_pylist():
                 rows = found.setdefault(row["key"], [])
                 if row["phase"] not in [other["phase"] for other in rows]:  # cells that are described alike run once
                     rows.append({column: row[column] for column in _MEASURED if column in row})
-        except (OSError, KeyError, pa.ArrowException) as error:
+        except (OSError, ValueError, pa.ArrowException) as error:
             raise DescriptionError(_unreadable(path, error)) from error
         return found
 
     def _journalled(self) -> dict[str, Rows]:
         """Cells that ended since the table was written; a line that a crash cut off is none."""
         try:
-            lines = [(rows[0]["key"], rows) for rows in journalled(self.path)]
-            return {
-                key: [{name: row[name] for name in _MEASURED if name in row} for row in rows] for key, rows in lines
-            }
-        except (ValueError, LookupError, TypeError) as error:
-            raise DescriptionError(_unreadable(self.path / JOURNAL, error)) from error
+            lines = journalled(self.path)
+        except RunFolderError as error:
+            raise DescriptionError(str(error)) from error
+        return {
+            rows[0]["key"]: [{name: row[name] for name in _MEASURED if name in row} for row in rows] for rows in lines
+        }
 
 
 def _named(cell: Cell) -> dict[str, Any]:
