@@ -92,6 +92,19 @@ def arrays(name: str, **changed: Any) -> Break:
     return change
 
 
+def torn(name: str) -> Break:
+    """The same arrays, compressed as a run writes them, and the first of them so that it cannot be unpacked."""
+
+    def change(folder: Path) -> None:
+        with np.load(folder / name) as file:
+            np.savez_compressed(folder / name, **file)
+        content = bytearray((folder / name).read_bytes())
+        content[30 + int.from_bytes(content[26:28], "little") + int.from_bytes(content[28:30], "little")] = 0xFF
+        (folder / name).write_bytes(content)
+
+    return change
+
+
 BROKEN: dict[str, tuple[Break, str]] = {
     "phases are no tables": (described("[[phases]]", "[[stages]]\n[[phases.old]]"), "phases in .* must be a list"),
     "breaks in disorder": (described("[1]", "[3, 1]"), r"phases\.1\.trend_breaks = \[3, 1\] in .* must be"),
@@ -113,8 +126,14 @@ BROKEN: dict[str, tuple[Break, str]] = {
     "a ceiling above all": (ceiling(rate=1.5), "ceiling.json cannot be used .*1.5 is no share of frames"),
     "a ceiling that is not a number": (ceiling(rate=float("nan")), "ceiling.json cannot be used .*nan is no share"),
     "a bound in words": (ceiling(reactive=[1]), "ceiling.json cannot be used"),
+    "a ceiling in words over time": (
+        ceiling(phases=[{"rate": 0.5, "per_window": [], "per_ten_seconds": ["high"]}] * 2),
+        "ceiling.json cannot be used .*'high' is no share of frames",
+    ),
     "half a map": (written("maps/window-00002.npz", "PK"), r"window-00002\.npz is damaged .*Delete it"),
     "half a belief": (written("belief.npz", "PK"), r"belief\.npz is damaged .*Delete it"),
+    "a belief with a bit that was flipped": (torn("belief.npz"), r"belief\.npz is damaged .*Delete it"),
+    "a map with a bit that was flipped": (torn("maps/window-00002.npz"), r"window-00002\.npz is damaged .*Delete it"),
     "beliefs of other postures": (arrays("belief.npz", arms=np.zeros((3, 4))), r"belief\.npz cannot be used .*not fit"),
     "beliefs of no time": (arrays("belief.npz", frame=None), r"belief\.npz lacks 'frame'"),
     "beliefs in a phase unknown": (arrays("belief.npz", phase=np.full(6, 9)), r"belief\.npz cannot be used"),

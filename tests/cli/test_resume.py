@@ -427,8 +427,8 @@ def test_what_cannot_be_resumed_is_left_alone(
     (tmp_path / "foreign" / CHECKPOINT).write_bytes((other / CHECKPOINT).read_bytes())
     capsys.readouterr()
     for folder, words in {
-        "none": ["Cannot read", "No such file"],
-        "no toml": ["Cannot read", "experiment.toml"],
+        "none": ["is not a folder", "Give the path of a run folder"],
+        "no toml": ["is not a run folder", "experiment.toml", "Give the path"],
         "bad toml": ["not valid TOML", "line 1"],
         "cut": [CHECKPOINT, "no checkpoint that can be read"],
         "empty": [CHECKPOINT, "no checkpoint that can be read"],

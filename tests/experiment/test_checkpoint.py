@@ -116,8 +116,9 @@ def test_a_broken_one_is_named(path: Path) -> None:
     whole = path.read_bytes()
     cut = [whole[:n] for n in range(0, len(whole), 7)]
     changed = [whole[:n] + bytes([whole[n] ^ 255]) + whole[n + 1 :] for n in range(len(whole))]
+    header = whole.replace(b"'fortran_order': ", b"'fortran_order'( ")  # NumPy's reader of headers stumbles over it
     refused = 0
-    for broken in (*cut, *changed):
+    for broken in (*cut, *changed, header):
         path.write_bytes(broken)
         try:
             assert same(read_checkpoint(path), STATE)

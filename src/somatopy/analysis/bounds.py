@@ -53,12 +53,19 @@ def ceiling_rates(run: Run) -> tuple[float | None, list[float | None]]:
 
 def ceilings_in_time(run: Run) -> list[list[float | None]]:
     """The ceiling in each full stretch of ten seconds of each phase that the run describes; none without a ceiling."""
-    return [[_known(share) for share in phase.get("per_ten_seconds", ())] for phase in _phases(run)]
+    try:
+        return [[_known(share) for share in phase.get("per_ten_seconds", ())] for phase in _phases(run)]
+    except (AttributeError, TypeError, ValueError) as error:
+        raise _unusable(run, error) from error
 
 
 def miss_distances(run: Run) -> list[float | None]:
     """How far a head that misses is from one that would see, rad, in each phase; None where that is not known."""
-    return [phase.get("miss_distance_rad") for phase in _phases(run)]
+    try:
+        found = [phase.get("miss_distance_rad") for phase in _phases(run)]
+        return [None if distance is None else float(distance) for distance in found]
+    except (AttributeError, TypeError, ValueError) as error:
+        raise _unusable(run, error) from error
 
 
 def _phases(run: Run) -> list[Mapping[str, Any]]:

@@ -6,7 +6,6 @@ import os
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -92,7 +91,7 @@ def load_snapshot(path: str | os.PathLike[str]) -> Snapshot:
             found = {field.name: arrays[field.name] for field in fields(Snapshot)}
     except KeyError as error:
         raise OtherArrays(f"{path} lacks an array: {error}. Is it a snapshot of maps and links?") from error
-    except (OSError, EOFError, ValueError, BadZipFile) as error:
+    except Exception as error:  # a damaged archive raises errors of a dozen kinds
         why = "it holds no plain arrays" if isinstance(error, ValueError) else error
         raise RunFolderError(f"{path} is damaged ({why}). Delete it, or run the experiment again.") from error
     if why := _no_sheets(found):

@@ -105,6 +105,9 @@ class RunFolder:
                 was given.
         """
         path = self.path / DESCRIPTION
+        if not path.is_file():
+            what = f"is not a run folder: it holds no {DESCRIPTION}" if self.path.is_dir() else "is not a folder"
+            raise DescriptionError(f"{self.path} {what}. Give the path of a run folder, such as runs/first.")
         given = {name: part for name, part in parts.items() if part is not None}
         if not given:
             return load_description(path)
