@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import stat
@@ -250,3 +251,16 @@ def test_a_user_without_a_home_has_no_cache(monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
     monkeypatch.setattr(Path, "home", homeless)
     assert cache_folder("ceilings") is None
+
+
+def test_a_full_disk_is_told_with_the_file(tmp_path: Path) -> None:
+    """The system names none. The old content stays, and nothing beside it."""
+    file = tmp_path / "note.txt"
+    file.write_text("old")
+
+    def fill(file: IO[bytes]) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    with pytest.raises(OSError, match=rf"No space left on device: '{file}'"):
+        write_whole(file, fill)
+    assert file.read_text() == "old" and [*tmp_path.iterdir()] == [file]

@@ -66,8 +66,10 @@ def _aside(path: Path) -> Iterator[IO[bytes]]:
         if path.is_dir():
             raise IsADirectoryError(errno.EISDIR, "A folder has the name of the file. Move it away", str(path))
         os.replace(aside, path)
-    except BaseException:
+    except BaseException as error:
         aside.unlink(missing_ok=True)
+        if isinstance(error, OSError) and error.errno is not None and error.filename is None:
+            error.filename = str(path)  # a full disk names no file
         raise
     _sync_folder(path.parent)
 
