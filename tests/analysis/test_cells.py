@@ -156,7 +156,7 @@ def with_words(name: str) -> Change:
     )
 
 
-ROW = {"key": "k", "condition": "a", "seed": 9, "phase": 0}
+ROW = {"key": "k", "condition": "a", "seed": 9, "phase": 0, "frames": 900}
 #: What stands in a file of a study folder, and what is said of it.
 BROKEN: list[tuple[str, bytes | Change, str]] = [
     (STUDY, b"=", "Restore it"),
@@ -169,7 +169,7 @@ BROKEN: list[tuple[str, bytes | Change, str]] = [
     (FAILURES, b"[5]", "is no list of cells"),
     (CELLS, b"x", "move it away: the study then runs its cells again"),
     (CELLS, b"", "move it away"),
-    *((CELLS, without(name), f"column '{name}' is missing") for name in ("key", "condition", "seed", "phase")),
+    *((CELLS, without(name), f"column '{name}' is missing") for name in ("key", "seed", "phase", "frames")),
     (CELLS, with_words("rate"), "column 'rate' holds string in place of double"),
     (CELLS, with_words("hits_per_minute"), "column 'hits_per_minute' holds string in place of list"),
     *((JOURNAL, line + b"\n", "line 1 holds no rows") for line in (b"5", b"[]", b"[5]", b'[{"condition": "a"}]', b"[")),

@@ -35,6 +35,8 @@ CELLS, FAILURES, STUDY = "cells.parquet", "failures.json", "study.toml"
 #: In the folder of a study that is under way: the rows of each cell that ended since it was begun, one line a cell.
 JOURNAL = "journal.jsonl"
 _OF_A_ROW = ("condition", "seed", "phase")
+#: What no row can be without, and its type.
+_IN_EVERY_ROW = {"key": str, "condition": str, "seed": int, "phase": int, "frames": int}
 
 
 class CellColumn(NamedTuple):
@@ -327,13 +329,13 @@ def journalled(folder: Path) -> list[list[dict[str, Any]]]:
 
 def _cell_in(path: Path, number: int, line: bytes) -> list[dict[str, Any]]:
     """The rows of the cell that a line of the journal is about."""
-    types = {"key": str, "condition": str, "seed": int, "phase": int}
     try:
         rows = json.loads(line)
     except ValueError:
         rows = None
     if not (isinstance(rows, list) and rows) or not all(
-        isinstance(row, dict) and all(isinstance(row.get(name), kind) for name, kind in types.items()) for row in rows
+        isinstance(row, dict) and all(isinstance(row.get(name), kind) for name, kind in _IN_EVERY_ROW.items())
+        for row in rows
     ):
         raise RunFolderError(
             f"{path} cannot be read (line {number} holds no rows of a cell). Restore it from a copy, or delete that "
@@ -374,7 +376,7 @@ def read_cells(path: Path) -> pa.Table:
     """A table of cells. Columns that an older version did not know yet are all null.
 
     Raises:
-        ValueError: a row does not say of which cell and phase it is, or a column holds something else.
+        ValueError: a row does not say of which cell and phase it is and how long, or a column holds something else.
         OSError: the file cannot be read.
         pyarrow.ArrowException: it is no table, or a damaged one.
     """
@@ -383,7 +385,7 @@ def read_cells(path: Path) -> pa.Table:
 
     with path.open("rb") as file:
         table = pq.ParquetFile(file).read()
-    for name in ("key", *_OF_A_ROW):
+    for name in _IN_EVERY_ROW:
         if name not in table.column_names or table[name].null_count:
             raise ValueError(f"its column {name!r} is missing or has gaps")
     for column in (*COLUMNS, *COSTS):
