@@ -785,12 +785,13 @@ def test_the_default_folder_is_named_after_the_run(
 
 
 def test_folders_that_cannot_be_used(short: Short, tmp_path: Path) -> None:
-    """Not empty, a file, below a file: the path and the way out are named, and nothing is changed."""
+    """Not empty, a file, below a file, too long a name: the path and the way out are named, and nothing is changed."""
     (tmp_path / "full").mkdir()
     (tmp_path / "full" / "keep.txt").write_text("mine")
     (tmp_path / "file").write_text("mine")
     before = sorted(tmp_path.rglob("*"))
-    for out, reason in (("full", "not empty"), ("file", "is a file"), ("file/below", "Not a directory")):
+    refused = {"full": "not empty", "file": "is a file", "file/below": "Not a directory", "x" * 300: "name too long"}
+    for out, reason in refused.items():
         with pytest.raises(DescriptionError, match=rf"{tmp_path / out}.* {reason}.*--out"):
             RunFolder.new(tmp_path / out, short())
     assert sorted(tmp_path.rglob("*")) == before

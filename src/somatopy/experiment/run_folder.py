@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
@@ -77,7 +78,7 @@ class RunFolder:
         """
         if out is not None:
             folder = cls(out)
-            folder._made = not folder.path.exists()
+            folder._made = not os.path.exists(folder.path)  # false also for a name that is too long
             _prepare(folder.path)
             return folder
         stamp = datetime.now().strftime("%Y%m%d-%H%M%S")
