@@ -1,4 +1,8 @@
-"""An experiment of which every part is of one's own, run from the folder that holds it, in processes of its own."""
+"""An experiment of which every part is of one's own, run from the folder that holds it.
+
+It is killed and resumed in processes of its own. All else is asked for in this one, which finds the parts in the folder
+and has forgotten them when the test ends.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +11,9 @@ import shutil
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager, redirect_stdout
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -14,12 +21,22 @@ import numpy as np
 import pytest
 
 from somatopy import check_babbler, check_body, check_eye, check_intervention, check_learner, load_run
-from somatopy.experiment import DescriptionError, load_description
+from somatopy.cli import main
+from somatopy.experiment import DescriptionError, load_description, recorder, run_writer
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "own_parts"
 FILE = "own_parts.toml"
-#: One part of frames and a rest, which are long enough to be killed in between.
-FRAMES = ("--phases.0.frames", "4800", "--phases.1.frames", "600")
+#: Three parts of frames, which are long enough to be killed after the first.
+PART, INTACT, DROWSY = 800, 1800, 600
+FRAMES = ("--phases.0.frames", f"{INTACT}", "--phases.1.frames", f"{DROWSY}")
+#: The command with small parts.
+COMMAND = f"""
+import sys
+from somatopy.cli import main
+from somatopy.experiment import recorder, run_writer
+run_writer.PART_FRAMES = recorder.PART_FRAMES = {PART}
+sys.exit(main())
+"""
 
 
 @pytest.fixture(scope="module")
@@ -31,14 +48,41 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def command(*args: str) -> list[str]:
-    return [sys.executable, "-c", "import sys; from somatopy.cli import main; sys.exit(main())", *args]
+    return [sys.executable, "-c", COMMAND, *args]
+
+
+def in_a_process(folder: Path, *args: str) -> Any:
+    """What a command in the folder prints as JSON, in a process that has met none of the parts."""
+    done = subprocess.run(command(*args, "--json"), cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+@contextmanager
+def standing_in(folder: Path) -> Iterator[None]:
+    """As if this process had begun in the folder, with small parts; its modules are forgotten afterwards."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        patch.setattr("sys.path", [*sys.path])
+        for module in (run_writer, recorder):
+            patch.setattr(module, "PART_FRAMES", PART)
+        try:
+            yield
+        finally:
+            for name in [name for name in sys.modules if name.partition(".")[0] == "planar"]:
+                del sys.modules[name]
+
+
+def printed(folder: Path, *args: str) -> str:
+    """What a command in the folder prints."""
+    with standing_in(folder), redirect_stdout(StringIO()) as out:
+        assert main(args) == 0
+    return out.getvalue()
 
 
 def somatopy(folder: Path, *args: str) -> Any:
     """What a command in the folder prints as JSON."""
-    done = subprocess.run(command(*args, "--json"), cwd=folder, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout)
+    return json.loads(printed(folder, *args, "--json"))
 
 
 @pytest.fixture(scope="module")
@@ -65,10 +109,10 @@ def test_a_killed_run_is_resumed_to_the_byte(folder: Path, whole: Path) -> None:
         process.kill()
         process.communicate()
     assert not (folder / "killed" / "summary.json").exists()
-    summary = somatopy(folder, "resume", "killed")
-    assert parts_of(folder / "killed") == parts_of(whole)
+    summary = in_a_process(folder, "resume", "killed")
+    assert parts_of(folder / "killed") == parts_of(whole) and len(parts_of(whole)) == 3
     assert (folder / "killed" / "summary.json").read_bytes() == (whole / "summary.json").read_bytes()
-    assert [phase["frames"] for phase in summary["phases"]] == [4800, 600]
+    assert [phase["frames"] for phase in summary["phases"]] == [INTACT, DROWSY]
 
 
 def test_it_is_evaluated_and_reported(folder: Path, whole: Path) -> None:
@@ -83,10 +127,10 @@ def test_the_report_imports_no_part(folder: Path, whole: Path, tmp_path: Path) -
     """A folder that has travelled to where nobody knows the parts is opened and reported all the same."""
     travelled = tmp_path / "elsewhere"
     shutil.copytree(whole, travelled)
-    somatopy(tmp_path, "report", "elsewhere")
+    in_a_process(tmp_path, "report", "elsewhere")
     run = load_run(travelled)
     assert run.description["body"]["kind"] == "planar.body:PlanarArm"
-    assert run.joints("arm") == ("shoulder", "elbow") and run.postures("arm").shape == (5400, 2)
+    assert run.joints("arm") == ("shoulder", "elbow") and run.postures("arm").shape == (INTACT + DROWSY, 2)
     with pytest.raises(DescriptionError, match=r"body.kind = 'planar.body:PlanarArm' cannot be imported"):
         load_description(travelled / "experiment.toml")
 
@@ -98,16 +142,16 @@ def test_what_the_parts_record_is_in_the_frames(whole: Path) -> None:
     assert run.unit("off_axis_deg") == "deg"
     seen = table["hit"].to_numpy()
     assert np.array_equal(seen, table["off_axis_deg"].to_numpy() <= 20.0)
-    rates = [seen[table["phase"].to_numpy() == phase].mean() for phase in (0, 1)]
-    assert rates[0] > 0.5 > 0 and rates[1] < rates[0]
+    intact, drowsy = (seen[table["phase"].to_numpy() == phase] for phase in (0, 1))
+    learned = intact[INTACT // 2 :].mean()
+    assert learned > 0.5 and drowsy.mean() < learned
 
 
 def test_settings_are_flags_and_show_in_the_help(folder: Path) -> None:
     """Also of parts that somatopy does not know."""
     for flag in ("--body.upper-arm", "--learner.forgetting"):
         table = flag[2:].partition(".")[0]
-        asked = command("run", FILE, "--help", table)
-        assert flag in subprocess.run(asked, cwd=folder, capture_output=True, text=True, check=True).stdout
+        assert flag in printed(folder, "run", FILE, "--help", table)
     summary = somatopy(
         folder, "run", FILE, "--phases.0.frames", "3", "--phases.1.frames", "0", "--eye.angle", "180", "--out", "wide"
     )
