@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -321,11 +322,18 @@ def twinless_run(rich_copy: Run) -> Run:
     return edit(rich_copy, *TWINLESS)
 
 
+@pytest.fixture(scope="session")
+def other_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of which `rich_copy` is a copy; not to be written to."""
+    folder = tmp_path_factory.mktemp("runs") / "other"
+    write_rich_run(folder, windows=(3, 3), seed=1)
+    return folder
+
+
 @pytest.fixture
-def rich_copy(tmp_path: Path) -> Run:
+def rich_copy(other_folder: Path, tmp_path: Path) -> Run:
     """Another, to be written to."""
-    write_rich_run(tmp_path / "copy", windows=(3, 3), seed=1)
-    return load_run(tmp_path / "copy")
+    return load_run(shutil.copytree(other_folder, tmp_path / "copy"))
 
 
 Values = Sequence[Any]
