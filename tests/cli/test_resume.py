@@ -46,15 +46,28 @@ def small_parts(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(module, "PART_FRAMES", PART)
 
 
+@pytest.fixture(scope="module")
+def kept(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Path]:
+    """The folder of the run of these options that nothing stopped: each is run once, and nobody writes there."""
+    folders: dict[tuple[str, ...], Path] = {}
+
+    def run(*args: str) -> Path:
+        if args not in folders:
+            folder = tmp_path_factory.mktemp("kept") / "run"
+            assert main(["run", "paper", *args, "--out", str(folder)]) == 0
+            folders[args] = folder
+        return folders[args]
+
+    return run
+
+
 @pytest.fixture
-def unbroken(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Unbroken:
+def unbroken(kept: Callable[..., Path], capsys: pytest.CaptureFixture[str]) -> Unbroken:
     """What the run of these options leaves behind if nothing stops it."""
 
     def run(*args: str) -> dict[str, bytes]:
-        folder = tmp_path / "unbroken"
-        assert main(["run", "paper", *args, "--out", str(folder)]) == 0
+        found = results(kept(*args))
         capsys.readouterr()
-        found = results(folder)
         assert len([name for name in found if name.startswith("frames")]) == 3
         return found
 
@@ -247,9 +260,9 @@ def everything(folder: Path) -> dict[Path, bytes]:
 
 
 @pytest.fixture
-def finished(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Path:
-    folder = tmp_path / "finished"
-    assert main(["run", "paper", *QUICK, "--out", str(folder)]) == 0
+def finished(kept: Callable[..., Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Path:
+    """A folder of one's own with a run that has ended."""
+    folder = shutil.copytree(kept(*QUICK), tmp_path / "finished")
     capsys.readouterr()
     return folder
 
