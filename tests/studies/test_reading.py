@@ -205,7 +205,7 @@ def test_files_that_are_none(tmp_path: Path) -> None:
     """Missing, no TOML, no text."""
     with pytest.raises(DescriptionError, match=r"Cannot read the study .*none.toml: No such file"):
         load_plan(tmp_path / "none.toml")
-    for content in (b"seeds =", b"\xff"):
+    for content, why in ((b"seeds =", "is not valid TOML: "), (b"\xff", "is not in UTF-8 .*Save it as UTF-8")):
         (tmp_path / "bad.toml").write_bytes(content)
-        with pytest.raises(DescriptionError, match=r"The study .*bad.toml is not valid TOML: "):
+        with pytest.raises(DescriptionError, match=f"The study .*bad.toml {why}"):
             load_plan(tmp_path / "bad.toml")
