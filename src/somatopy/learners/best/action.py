@@ -8,7 +8,7 @@ import numpy as np
 
 from somatopy._jit import jit, jit_inlined
 from somatopy.learners.best.calibration import bin_of
-from somatopy.learners.best.memory import Memory
+from somatopy.learners.best.memory import Memory, write
 from somatopy.learners.best.visibility import corners, next_row
 from somatopy.percept import Floats, Ints
 
@@ -58,7 +58,7 @@ def best_gaze(memory: Memory, centre: Floats, field: Floats, out: Floats) -> Non
                     best, chosen = value, angle
             if not math.isnan(chosen):
                 gaze[last] = chosen
-                out[:] = gaze
+                write(gaze, out)
         next_row(at, memory.shape)
     if best == -np.inf:
         for k in range(m):

@@ -8,7 +8,7 @@ import numpy as np
 
 from somatopy._jit import jit
 from somatopy.learners.best.directions import powers
-from somatopy.learners.best.memory import BIN, DOUBT_MOST, TURNS, Memory
+from somatopy.learners.best.memory import BIN, DOUBT_MOST, TURNS, Memory, write
 from somatopy.percept import Floats
 
 __all__ = ["bin_of", "learn_bias", "learn_ends", "learn_gain", "learn_speed"]
@@ -103,7 +103,8 @@ def learn_gain(memory: Memory, x: Floats, head: Floats, pixel: Floats) -> bool:
     before, now, z = np.empty(terms), np.empty(terms), np.empty(terms + 1)
     powers(memory.felt[0], before)
     powers(x, now)
-    z[:2], z[2:] = pixel - memory.pixel, before[1:] - now[1:]
+    write(pixel - memory.pixel, z)
+    write(before[1:] - now[1:], z[2:])
     step, length, trace = np.zeros(z.size), 0.0, 0.0
     for i in range(z.size):
         for j in range(z.size):

@@ -17,6 +17,7 @@ from somatopy.learners.best.memory import (
     UNUSED,
     Memory,
     spacing,
+    write,
 )
 from somatopy.percept import Floats, Ints
 
@@ -112,7 +113,8 @@ def find_or_add(memory: Memory, x: Floats, may_add: bool, index: Ints, share: Fl
     if may_add and (found == 0 or _distance(memory.units[index[0]], x, memory.extent) > spacing(x.size)):
         place = count if count < MOST_UNITS else _longest_unused(memory)
         if place >= 0:
-            memory.units[place], memory.turns[place], memory.fields[place] = x, 0.0, 0.0
+            write(x, memory.units[place])
+            memory.turns[place], memory.fields[place] = 0.0, 0.0
             memory.faded[place] = numbers[FORGOTTEN]
             numbers[UNITS] = max(count, place + 1)
             if 2 * numbers[UNITS] > MOST_UNITS:  # it takes the place of what is kept

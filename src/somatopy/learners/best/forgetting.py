@@ -30,9 +30,11 @@ def forget(memory: Memory, index: Ints, found: int) -> None:
     if rate > 0.0:
         numbers[FORGOTTEN] += rate
         kept = math.exp(-rate)
-        memory.common[:] *= kept
-        memory.metric[:] *= kept
         for q in range(memory.metric.shape[0]):
+            for k in range(memory.common.shape[1]):
+                memory.common[q, k] *= kept
+            for other in range(memory.metric.shape[1]):
+                memory.metric[q, other] *= kept
             memory.metric[q, q] += (1.0 - kept) * METRIC_MOST
     for place in range(found):
         unit = index[place]

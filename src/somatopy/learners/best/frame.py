@@ -23,7 +23,7 @@ from somatopy.learners.best.directions import (
     powers,
 )
 from somatopy.learners.best.forgetting import forget, voices
-from somatopy.learners.best.memory import HITS, SURPRISE, TURNS, UNITS, Memory, opened
+from somatopy.learners.best.memory import HITS, SURPRISE, TURNS, UNITS, Memory, opened, write
 from somatopy.learners.best.recall import recall
 from somatopy.learners.best.schema import count_sight, is_lost, move_schema, pace_of, pull_schema, surprise, trust_of
 from somatopy.learners.best.visibility import evidence, fade, fit_sheet, in_reach, is_due, learn_visibility
@@ -96,12 +96,15 @@ def live(
         if learns[DIRECTIONS]:
             learn_direction(memory, error, trust * pace_of(numbers), dual, length, index, share, found)
         if learns[MEMORY]:
-            memory.drift[:] += DRIFT_RATE * (error - memory.drift)
+            for k in range(m):
+                memory.drift[k] += DRIFT_RATE * (error[k] - memory.drift[k])
     else:
-        memory.drift[:] *= DRIFT_KEPT
+        for k in range(m):
+            memory.drift[k] *= DRIFT_KEPT
     if learns[SCHEMA]:
         pull_schema(memory, x, wrong)
-        memory.shift[:] += step
+        for j in range(n):
+            memory.shift[j] += step[j]
     fade(memory)
     if numbers[HITS] > 0.0 and in_reach(memory, offset):
         flags = learns[VISIBILITY], learns[MEMORY]
@@ -109,9 +112,13 @@ def live(
     if learns[DIRECTIONS]:
         learn_extent(memory, x)
     if hit and learns.all() and recall(memory, posture, head, pixel, error):
-        goal += posture + memory.shift - x
-        x[:] = posture + memory.shift
-    memory.felt[0], memory.felt[1], memory.head[:], memory.pixel[:] = x, goal, head, pixel
+        for j in range(n):
+            goal[j] += posture[j] + memory.shift[j] - x[j]
+            x[j] = posture[j] + memory.shift[j]
+    write(x, memory.felt[0])
+    write(goal, memory.felt[1])
+    write(head, memory.head)
+    write(pixel, memory.pixel)
     size = 0.0
     for k in range(m):
         size += error[k] ** 2

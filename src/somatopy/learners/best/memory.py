@@ -10,7 +10,7 @@ from somatopy._jit import jit, jit_inlined
 from somatopy.clock import FRAMES_PER_MINUTE
 from somatopy.percept import Floats, Ints, Robot
 
-__all__ = ["Memory", "fresh", "opened", "packed", "spacing"]
+__all__ = ["Memory", "fresh", "opened", "packed", "spacing", "write"]
 
 #: Units that the map has room for, and frames after which one that was never nearest may be replaced.
 MOST_UNITS, UNUSED = 1000, 5 * FRAMES_PER_MINUTE
@@ -192,6 +192,13 @@ def packed(memory: Memory) -> tuple[Floats, Ints]:
     floats = [array.ravel() for array in memory if array.dtype == np.float64]
     sizes = np.array([memory.low.size, memory.head.size, memory.ends.shape[2]], np.int64)
     return np.concatenate(floats), np.concatenate([sizes, memory.shape, memory.used])
+
+
+@jit_inlined
+def write(values: Floats, into: Floats) -> None:
+    """Copy values, shape (k,), to the first k places: into[:k] = values, which numba takes far longer to compile."""
+    for i in range(values.size):
+        into[i] = values[i]
 
 
 @jit

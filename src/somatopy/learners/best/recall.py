@@ -22,6 +22,7 @@ from somatopy.learners.best.memory import (
     TRIED,
     UNITS,
     Memory,
+    write,
 )
 from somatopy.learners.best.schema import ERROR_MOST
 from somatopy.percept import Floats
@@ -81,8 +82,7 @@ def _remember(memory: Memory) -> None:
 @jit_inlined
 def _copy(part: Floats, into: Floats, at: int) -> int:
     """Copy a part, shape (k,), to a place on; the place after it."""
-    for i in range(part.size):
-        into[at + i] = part[i]
+    write(part, into[at:])
     return at + int(part.size)
 
 
@@ -116,8 +116,10 @@ def _keep(memory: Memory) -> None:
     numbers[KEPT_UNITS] = count if 2 * count <= MOST_UNITS else 0
     for unit in range(int(numbers[KEPT_UNITS])):
         place, voice = MOST_UNITS - 1 - unit, math.exp(memory.faded[unit] - numbers[FORGOTTEN])
-        memory.units[place], memory.used[place] = memory.units[unit], memory.used[unit]
-        memory.turns[place], memory.fields[place] = voice * memory.turns[unit], voice * memory.fields[unit]
+        memory.used[place] = memory.used[unit]
+        write(memory.units[unit], memory.units[place])
+        write(voice * memory.turns[unit], memory.turns[place])
+        write(voice * memory.fields[unit], memory.fields[place])
     _copy(memory.metric.ravel(), memory.kept, _copy(memory.calm, memory.kept, 0))
 
 
@@ -129,7 +131,8 @@ def _exchange(memory: Memory) -> None:
     for unit in range(int(max(count, kept))):
         place = MOST_UNITS - 1 - unit
         voice = math.exp(memory.faded[unit] - numbers[FORGOTTEN])
-        memory.turns[unit], memory.fields[unit] = voice * memory.turns[unit], voice * memory.fields[unit]
+        write(voice * memory.turns[unit], memory.turns[unit])
+        write(voice * memory.fields[unit], memory.fields[unit])
         memory.faded[unit] = numbers[FORGOTTEN]
         memory.used[unit], memory.used[place] = memory.used[place], memory.used[unit]
         _swap(memory.units[unit], memory.units[place])
@@ -142,7 +145,7 @@ def _exchange(memory: Memory) -> None:
     parts = (memory.gain.ravel(), memory.sway.ravel(), memory.common.ravel(), memory.plane.ravel(), memory.shift)
     for part in parts:
         at -= part.size
-        part[:] = memory.calm[at : at + part.size]
+        write(memory.calm[at : at + part.size], part)
     memory.drift[:] = 0.0
     numbers[FAST_ERROR] = numbers[SLOW_ERROR]
     numbers[SURPRISE], numbers[LASTING], numbers[KEPT], numbers[TRIED] = 0.0, 0.0, 0.0, 0.0

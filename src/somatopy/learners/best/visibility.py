@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from somatopy._jit import jit, jit_inlined
-from somatopy.learners.best.memory import REACH_IN_SCALES, Memory
+from somatopy.learners.best.memory import REACH_IN_SCALES, Memory, write
 from somatopy.percept import Floats, Ints
 
 __all__ = ["corners", "evidence", "fade", "fit_sheet", "in_reach", "is_due", "learn_visibility", "next_row"]
@@ -259,8 +259,10 @@ def fit_sheet(memory: Memory, aspect: float) -> None:
     new = np.empty(m)
     for k in range(m):
         new[k] = PICTURES * (abs(memory.gain[k, 0]) + abs(memory.gain[k, 1]) * aspect)
-    new[:] = np.maximum(new, NARROWEST * new.max())
-    ratio[:] = new / memory.reach
+    widest = new.max()
+    for k in range(m):
+        new[k] = max(new[k], NARROWEST * widest)
+        ratio[k] = new[k] / memory.reach[k]
     sheet, recent, none = np.empty_like(memory.sheet), np.empty_like(memory.recent), np.zeros(m)
     place, weight = np.empty(8, np.int64), np.empty(8)
     last = m - 1
@@ -274,21 +276,24 @@ def fit_sheet(memory: Memory, aspect: float) -> None:
                 sheet[first + i] += weight[c] * memory.sheet[place[c]]
                 recent[first + i] += weight[c] * memory.recent[place[c]]
         next_row(at, memory.shape)
-    memory.sheet[:], memory.recent[:] = sheet, recent
+    write(sheet, memory.sheet)
+    write(recent, memory.recent)
     _stretch_fields(memory.fields, ratio)
     _stretch_fields(memory.common, ratio)
-    memory.reach[:], memory.scale[:] = new, new / REACH_IN_SCALES
+    write(new, memory.reach)
+    write(new / REACH_IN_SCALES, memory.scale)
 
 
 @jit
 def _stretch_fields(fields: Floats, ratio: Floats) -> None:
     """Say the same in units of psi that are `ratio` times as large, shape (m,)."""
     m = ratio.size
-    pair = 2 * m + 1
-    for k in range(m):
-        fields[:, 0] += 0.4 * (ratio[k] ** 2 - 1.0) * fields[:, 1 + m + k]
-        fields[:, 1 + k] *= ratio[k]
-        fields[:, 1 + m + k] *= ratio[k] ** 2
-        for other in range(k + 1, m):
-            fields[:, pair] *= ratio[k] * ratio[other]
-            pair += 1
+    for field in fields:
+        pair = 2 * m + 1
+        for k in range(m):
+            field[0] += 0.4 * (ratio[k] ** 2 - 1.0) * field[1 + m + k]
+            field[1 + k] *= ratio[k]
+            field[1 + m + k] *= ratio[k] ** 2
+            for other in range(k + 1, m):
+                field[pair] *= ratio[k] * ratio[other]
+                pair += 1
