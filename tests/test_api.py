@@ -205,7 +205,7 @@ def everything(folder: Path) -> dict[Path, bytes]:
 
 def test_what_cannot_be_resumed(tiny: Description, tmp_path: Path) -> None:
     """No folder, no checkpoint in what looks like one, or a folder in use."""
-    with pytest.raises(DescriptionError, match="No such file"):
+    with pytest.raises(DescriptionError, match="none is not a folder"):
         resume(tmp_path / "none")
     folder = interrupted(tiny, tmp_path / "run", 17)
     with (
@@ -541,7 +541,7 @@ def test_a_phase_that_has_not_ended_is_refused(tiny: Description, tmp_path: Path
 def test_a_fork_needs_a_run_and_an_empty_folder(tiny: Description, tmp_path: Path, trained: Path) -> None:
     """Neither is guessed."""
     description = tiny.replaced(phases=[FIRST, *SECONDS["damaged"]])
-    with pytest.raises(DescriptionError, match="No such file"):
+    with pytest.raises(DescriptionError, match="none is not a folder"):
         fork(tmp_path / "none", description, out=tmp_path / "forked")
     with pytest.raises(DescriptionError, match="is not empty"):
         fork(trained, description, out=trained)

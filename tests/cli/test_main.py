@@ -139,9 +139,9 @@ def test_every_verb_has_help_with_an_example(verb: str, capsys: pytest.CaptureFi
         (["run", "paper", "--learner", "nearest", "--phases.1.plastic", "links"], ["'damaged'", "'links'", "memory"]),
         (["run", "paper-shuffled", "--learner", "random"], ["'shuffled'", "learner has no links to shuffle"]),
         (["run", "paper-frozen", "--learner", "random"], ["'intact'", "'links'", "leave plastic away"]),
-        (["resume", "none"], ["none", "experiment.toml", "No such file"]),
-        (["evaluate", "none"], ["none", "experiment.toml", "No such file"]),
-        (["resume", "."], ["experiment.toml", "No such file"]),
+        (["resume", "none"], ["none is not a folder", "runs/first"]),
+        (["evaluate", "none"], ["none is not a folder", "runs/first"]),
+        (["resume", "."], [". is not a run folder", "experiment.toml", "runs/first"]),
     ],
 )
 def test_wrong_use_is_told_in_one_paragraph(refused: Refused, args: list[str], parts: list[str]) -> None:

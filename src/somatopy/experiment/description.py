@@ -199,7 +199,8 @@ class Description(_Table):
     @classmethod
     def _plain(cls, name: str) -> str:
         if not re.fullmatch(r"[A-Za-z0-9._-]+", name):
-            raise ValueError(f"{name!r} goes into the run folder's name; write letters A to Z, digits, ., _ and - only")
+            said = "must hold only A to Z, a to z, digits, ., _ and -, since it goes into a folder's name"
+            raise PydanticCustomError("name", said)
         return name
 
     @field_validator("phases")
